@@ -1,0 +1,59 @@
+"""The values that flow through the house, the roles, the errors and the file envelope."""
+
+from ._arrays import F32, F64, I8, I64, U8, Bool, Float
+from .drive import Command, Mission, Observation, RoverState
+from .errors import (
+    FileError,
+    InputError,
+    MissingExtraError,
+    PatternError,
+    RovernavError,
+    SettingError,
+    ShapeError,
+    suggest,
+)
+from .files import canonical_json, read_bytes, read_text, sha256_of, write_atomic, write_text
+from .frame import Frame
+from .outcome import Outcome
+from .roles import Codec, Controller, Memory, Motion, Sensor
+from .settings import build, read_yaml
+from .values import read_only, value
+
+__all__ = [
+    "F32",
+    "F64",
+    "I8",
+    "I64",
+    "U8",
+    "Bool",
+    "Codec",
+    "Command",
+    "Controller",
+    "FileError",
+    "Float",
+    "Frame",
+    "InputError",
+    "Memory",
+    "MissingExtraError",
+    "Mission",
+    "Motion",
+    "Observation",
+    "Outcome",
+    "PatternError",
+    "RoverState",
+    "RovernavError",
+    "Sensor",
+    "SettingError",
+    "ShapeError",
+    "build",
+    "canonical_json",
+    "read_bytes",
+    "read_only",
+    "read_text",
+    "read_yaml",
+    "sha256_of",
+    "suggest",
+    "value",
+    "write_atomic",
+    "write_text",
+]

@@ -1,0 +1,71 @@
+"""The roles that parts of a drive play: small Protocols. A class plays a role or is final."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from .drive import Command, Mission, Observation, RoverState
+
+Memory = Any
+"""What a sensor or controller carries from step to step; passed in and out, never kept."""
+
+
+@runtime_checkable
+class Sensor(Protocol):
+    """Reads one channel. The world and the mission are its argument, so it may look at the truth."""
+
+    name: str
+
+    def start(self, mission: Mission, rng: np.random.Generator) -> Memory:
+        """What the sensor remembers at the start of a drive."""
+        ...
+
+    def read(self, world: Any, state: RoverState, memory: Memory) -> tuple[Any, Memory]:
+        """Readings (n, b) and the memory for the next step."""
+        ...
+
+
+@runtime_checkable
+class Controller(Protocol):
+    """Decides from what was sensed alone; it never sees the world."""
+
+    def start(self, mission: Mission, rng: np.random.Generator) -> Memory:
+        """What the controller remembers at the start of a drive."""
+        ...
+
+    def act(self, observation: Observation, memory: Memory) -> tuple[Command, Memory]:
+        """The command for every row, and the memory for the next step."""
+        ...
+
+
+@runtime_checkable
+class Motion(Protocol):
+    """Moves the rovers: the only part that may change a pose."""
+
+    period: float
+
+    def step(self, state: RoverState, command: Command) -> RoverState:
+        """The state one period [s] later, obstacles not yet considered."""
+        ...
+
+
+@runtime_checkable
+class Codec(Protocol):
+    """Turns observations into network inputs and network outputs into commands.
+
+    Its name and parameters are stored in the network file, so driving and training cannot disagree.
+    """
+
+    def encode(self, observation: Observation) -> Any:
+        """Network inputs (n, i)."""
+        ...
+
+    def decode(self, outputs: Any, observation: Observation) -> Command:
+        """The command that the network's outputs (n, o) mean."""
+        ...
+
+    def settings(self) -> dict[str, Any]:
+        """Name and parameters, JSON-able; enough to build this codec again."""
+        ...

@@ -1,0 +1,42 @@
+"""What all values share: frozen, slotted, keyword-only, with read-only arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any, TypeVar, dataclass_transform
+
+import numpy as np
+
+T = TypeVar("T")
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, eq_default=False)
+def value(cls: type[T]) -> type[T]:
+    """Make `cls` a value: a frozen, slotted, keyword-only dataclass with read-only arrays.
+
+    Equality is identity, because arrays have no single truth value. Array fields are replaced by
+    read-only views, so the caller's own array stays writable. A method ``_check`` is called last.
+    """
+    arrays_frozen = _post_init(getattr(cls, "_check", None))
+    cls.__post_init__ = arrays_frozen  # type: ignore[attr-defined]
+    return dataclasses.dataclass(frozen=True, slots=True, kw_only=True, eq=False)(cls)
+
+
+def _post_init(check: Callable[[Any], None] | None) -> Callable[[Any], None]:
+    def __post_init__(self: Any) -> None:
+        for name in self.__dataclass_fields__:
+            item = getattr(self, name)
+            if isinstance(item, np.ndarray) and item.flags.writeable:
+                object.__setattr__(self, name, read_only(item))
+        if check is not None:
+            check(self)
+
+    return __post_init__
+
+
+def read_only(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """A read-only view of `array`."""
+    view = array.view()
+    view.flags.writeable = False
+    return view

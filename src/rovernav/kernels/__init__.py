@@ -1,0 +1,3 @@
+"""Every compiled kernel, in files that mirror the rooms: plain arrays in SI units, no objects."""
+
+__all__: list[str] = []

@@ -1,0 +1,90 @@
+"""One step of a drive for n rovers: goals seen from the rover, motion, sight, swept contact.
+
+Symbols: pose rows x [m], y [m], heading [rad]; c, s cosine and sine of the heading.
+Every row is computed by itself in a fixed order, so it does not depend on the batch.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ._jit import kernel
+from .geometry import MISS, first_boxes, first_cell
+
+
+class WorldArrays(NamedTuple):
+    """Packed worlds as arrays.
+
+    Attributes:
+        boxes: All boxes (m, 4): x0, y0, x1, y1 [m].
+        offsets: Box k of world i has offsets[i] <= k < offsets[i + 1] (w + 1,).
+        of: World of each rover (n,).
+        blocked: Grid that all worlds share (h, w), or (0, 0).
+        cell: Its cell [m].
+    """
+
+    boxes: Any
+    offsets: Any
+    of: Any
+    blocked: Any
+    cell: float
+
+
+@kernel()
+def goal_in_body(pose: Any, goal: Any, out: Any) -> None:
+    """The goal (n, 2) seen from each rover: forward, left [m], to out (n, 2)."""
+    for k in range(pose.shape[0]):
+        c, s = math.cos(pose[k, 2]), math.sin(pose[k, 2])
+        dx, dy = goal[k, 0] - pose[k, 0], goal[k, 1] - pose[k, 1]
+        out[k, 0] = c * dx + s * dy
+        out[k, 1] = c * dy - s * dx
+
+
+@kernel()
+def two_axis(pose: Any, twist: Any, period: float, out: Any) -> None:
+    """Move each rover by its forward and left speed for one period; headings stay."""
+    for k in range(pose.shape[0]):
+        c, s = math.cos(pose[k, 2]), math.sin(pose[k, 2])
+        dx, dy = twist[k, 0] * period, twist[k, 1] * period
+        out[k, 0] = pose[k, 0] + (c * dx - s * dy)
+        out[k, 1] = pose[k, 1] + (s * dx + c * dy)
+        out[k, 2] = pose[k, 2]
+
+
+@kernel()
+def first_contact(k: int, ax: float, ay: float, bx: float, by: float, world: WorldArrays) -> float:
+    """Smallest t at which rover k's segment from a to b meets its world, or MISS."""
+    of = world.of[k]
+    t = first_boxes(ax, ay, bx, by, world.boxes, world.offsets[of], world.offsets[of + 1])
+    if world.blocked.size:
+        c = world.cell
+        t = min(t, first_cell(ax / c, ay / c, bx / c, by / c, world.blocked))
+    return t
+
+
+@kernel()
+def contacts(before: Any, after: Any, world: WorldArrays, out: Any) -> None:
+    """First contact t of each rover's step from before (n, 3) to after (n, 3), to out (n,)."""
+    for k in range(before.shape[0]):
+        out[k] = first_contact(k, before[k, 0], before[k, 1], after[k, 0], after[k, 1], world)
+
+
+@kernel()
+def clear_sight(pose: Any, goal: Any, world: WorldArrays, out: Any) -> None:
+    """1 where the straight segment from rover to goal meets nothing, else 0, to out (n, 1)."""
+    for k in range(pose.shape[0]):
+        t = first_contact(k, pose[k, 0], pose[k, 1], goal[k, 0], goal[k, 1], world)
+        out[k, 0] = 1.0 if t == MISS else 0.0
+
+
+@kernel()
+def off_line(pose: Any, start: Any, goal: Any, threshold: float, out: Any) -> None:
+    """1 where a rover is more than `threshold` [m] off the line start-goal, else 0 (n, 1)."""
+    for k in range(pose.shape[0]):
+        dx, dy = goal[k, 0] - start[k, 0], goal[k, 1] - start[k, 1]
+        length = np.hypot(dx, dy)
+        across = dx * (pose[k, 1] - start[k, 1]) - dy * (pose[k, 0] - start[k, 0])
+        out[k, 0] = 1.0 if abs(across) > threshold * length else 0.0

@@ -1,0 +1,48 @@
+"""The card of a trained network: what was learnt, how, and what it can drive."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from .._version import __version__
+from ..nets import Card, Network
+from ._online import OnlineSettings, Training
+from ._paper import codec_for
+from ._patterns import Patterns
+
+
+def describe(training: Training, patterns: Patterns, settings: OnlineSettings) -> Network:
+    """The trained network with its card filled in.
+
+    Names come from the patterns; the codec is the network's own or, for a table with the paper's
+    sensors and motors, the paper's.
+
+    Args:
+        training: An ended training.
+        patterns: What it learnt.
+        settings: How.
+    """
+    card = training.network.card
+    how: dict[str, Any] = {
+        "method": "online back-propagation",
+        **dataclasses.asdict(settings),  # pyright: ignore[reportArgumentType]
+        "epochs_done": training.epoch,
+        "updates": training.updates,
+        "stop": None if training.stop is None else str(training.stop),
+        "patterns": patterns.source,
+        "patterns_sha256": patterns.sha256,
+        "rovernav": __version__,
+    }
+    codec = card.codec or codec_for(patterns)
+    return training.network.with_card(
+        Card(
+            inputs=patterns.inputs,
+            outputs=patterns.outputs,
+            input_units=card.input_units,
+            output_units=card.output_units,
+            codec=codec,
+            training=how,
+            seed=card.seed,
+        )
+    )

@@ -1,0 +1,127 @@
+"""The rover described: its size, its limits and how it moves."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, get_args
+
+from ..core import SettingError, suggest, value
+
+Drive = Literal["differential", "two-axis"]
+
+POINT_FOOTING = 0.3
+"""Ground over which a rover without a size feels a slope [m]: a small wheelbase."""
+
+DEGREE = math.pi / 180.0
+"""One degree [rad]."""
+
+
+@value
+class Rover:
+    """A rover: plain numbers, each of which `source` accounts for.
+
+    Attributes:
+        name: Short name.
+        source: Where each number comes from; "memory" marks an unchecked one.
+        drive: "two-axis": a point that moves `step` times two numbers in [-1, 1] along x and y, as
+            the seed paper's rover does. "differential": left and right wheels, turns on the spot.
+        length: Along the rover, wheels included [m]; 0 for a point.
+        width: Across the rover, wheels included [m]; 0 for a point.
+        wheel_radius: [m]; 0 where wheels are not modelled.
+        clearance: Height of the belly above level ground [m].
+        max_slope: Steepest ground the rover may stand on [rad].
+        max_step: Highest ledge its wheels climb [m].
+        speed: Top speed [m/s].
+        turn_rate: Top turn rate on the spot [rad/s]; 0 where it cannot turn.
+        track: Distance between left and right wheels [m]; 0 for a point.
+        step: Length of one step of a two-axis rover [m]; 0 for others.
+        footing: Length of ground over which the rover feels a slope [m].
+    """
+
+    name: str
+    source: str
+    drive: Drive
+    length: float
+    width: float
+    wheel_radius: float
+    clearance: float
+    max_slope: float
+    max_step: float
+    speed: float
+    turn_rate: float = 0.0
+    track: float = 0.0
+    step: float = 0.0
+    footing: float = 0.0
+
+    def _check(self) -> None:
+        if self.drive not in get_args(Drive):
+            known = suggest(self.drive, get_args(Drive))
+            raise SettingError(f"rover {self.name}: unknown drive {self.drive!r}; {known}")
+        for field, low, high, unit in _RANGES:
+            _within(self.name, field, getattr(self, field), (low, high), unit)
+        if self.footing == 0.0:
+            object.__setattr__(self, "footing", max(self.length, self.width) or POINT_FOOTING)
+        for sentence in _contradictions(self):
+            raise SettingError(f"rover {self.name}: {sentence}")
+
+    @property
+    def radius(self) -> float:
+        """Radius of the circle around the whole footprint [m]; 0 for a point."""
+        return math.hypot(self.length, self.width) / 2.0
+
+    @property
+    def is_point(self) -> bool:
+        """Whether the rover has no size."""
+        return self.length == 0.0 and self.width == 0.0
+
+
+_RANGES = (
+    ("length", 0.0, 20.0, "m"),
+    ("width", 0.0, 20.0, "m"),
+    ("wheel_radius", 0.0, 5.0, "m"),
+    ("clearance", 0.0, 10.0, "m"),
+    ("max_slope", 0.0, 89.0 * DEGREE, "deg"),
+    ("max_step", 0.0, 5.0, "m"),
+    ("speed", 1e-6, 100.0, "m/s"),
+    ("turn_rate", 0.0, 100.0, "rad/s"),
+    ("track", 0.0, 20.0, "m"),
+    ("step", 0.0, 1000.0, "m"),
+    ("footing", 0.0, 100.0, "m"),
+)
+"""Field, smallest, largest, unit."""
+
+
+def _within(rover: str, field: str, got: float, allowed: tuple[float, float], unit: str) -> None:
+    low, high = allowed
+    if low <= got <= high:  # False for NaN
+        return
+    if unit == "deg":
+        low, high, got = low / DEGREE, high / DEGREE, got / DEGREE
+    raise SettingError(
+        f"rover {rover}: {field} must lie in {low:g} to {high:g} {unit}, got {got:g}"
+    )
+
+
+def _contradictions(rover: Rover) -> list[str]:
+    """Sentences about numbers that are fine alone but not together."""
+    found: list[str] = []
+    if (rover.length == 0.0) != (rover.width == 0.0):
+        found.append(
+            f"length {rover.length:g} m and width {rover.width:g} m must both be 0 (a point) or "
+            "both be positive"
+        )
+    if not rover.is_point and 2.0 * rover.wheel_radius > rover.length:
+        found.append(
+            f"a wheel of {2.0 * rover.wheel_radius:g} m does not fit into a length of "
+            f"{rover.length:g} m, which includes the wheels; correct one of them"
+        )
+    if not rover.is_point and rover.track > rover.width:
+        found.append(
+            f"track {rover.track:g} m must not exceed width {rover.width:g} m, which includes "
+            "the wheels"
+        )
+    if rover.drive == "two-axis" and rover.step == 0.0:
+        found.append("a two-axis rover needs a positive step; set it")
+    if rover.drive == "differential" and (rover.track == 0.0 or rover.turn_rate == 0.0):
+        found.append("a differential rover needs a positive track and turn rate; set both")
+    return found

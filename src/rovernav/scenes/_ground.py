@@ -1,0 +1,122 @@
+"""Scenes on an elevation model: from a terrain, a rover and two points to a drive."""
+
+from __future__ import annotations
+
+import math
+
+from ..core import Mission, SettingError, value
+from ..rover import Reason, Rover, Standing, standing
+from ..sim import ClearSight, Grid, OffLine, TwoAxis, Worlds
+from ..terrain import Terrain
+from ._bassil import Scene
+
+PATIENCE = 5.0
+"""A drive may last this many times as long as the straight line would take."""
+FRAMES = ("crs", "local", "pixel")
+
+
+@value
+class Ground:
+    """A scene on real or generated ground.
+
+    Attributes:
+        scene: The drive but for its controller.
+        terrain: The ground.
+        rover: Who drives.
+        standing: Where it can stand.
+    """
+
+    scene: Scene
+    terrain: Terrain
+    rover: Rover
+    standing: Standing
+
+
+def ground_scene(
+    terrain: Terrain,
+    rover: Rover,
+    start: tuple[float, float],
+    goal: tuple[float, float],
+    *,
+    time_limit: float | None = None,
+) -> Ground:
+    """A drive over a terrain: obstacles are the places where the rover cannot stand.
+
+    Args:
+        terrain: The ground.
+        rover: Who drives; it must be a two-axis rover, which carries the paper's two sensors.
+        start: Local x, y [m].
+        goal: Local x, y [m].
+        time_limit: Seconds [s]; five times the straight line where not given.
+
+    Raises:
+        SettingError: Start or goal lie off the map or where the rover cannot stand.
+    """
+    where = standing(terrain, rover)
+    for name, point in (("start", start), ("goal", goal)):
+        _check_point(name, point, where, rover)
+    step = rover.step
+    if rover.drive != "two-axis":
+        raise SettingError(f"rover {rover.name}: only two-axis rovers can drive yet")
+    motion = TwoAxis(period=1.0)
+    straight = math.dist(start, goal)
+    limit = max(60.0, PATIENCE * straight / step) if time_limit is None else time_limit
+    scene = Scene(
+        name=terrain.name,
+        worlds=Worlds.single(grid=Grid(frame=terrain.frame, blocked=where.blocked)),
+        mission=Mission.between(start, goal, goal_radius=1e-9, time_limit=limit),
+        sensors=(ClearSight(), OffLine(step / 2)),
+        motion=motion,
+        note="Obstacles are the places where the rover cannot stand; nobody drew them.",
+    )
+    return Ground(scene=scene, terrain=terrain, rover=rover, standing=where)
+
+
+def to_local(
+    terrain: Terrain, point: tuple[float, float], frame: str = "crs"
+) -> tuple[float, float]:
+    """A point given in the terrain's coordinates, local metres or pixels, as local metres.
+
+    Args:
+        terrain: The ground.
+        point: x, y; for ``pixel`` column and row counted from the top left of the image, whole
+            numbers being the middles of pixels.
+        frame: ``crs``, ``local`` or ``pixel``.
+    """
+    x, y = point
+    if frame == "local":
+        return x, y
+    if frame == "pixel":
+        cell, rows = terrain.frame.cell, terrain.frame.shape[0]
+        return (x + 0.5) * cell, (rows - y - 0.5) * cell
+    return terrain.frame.to_local(x, y)
+
+
+def _check_point(name: str, point: tuple[float, float], where: Standing, rover: Rover) -> None:
+    width, height = where.frame.extent
+    x, y = point
+    if not where.frame.contains(x, y):
+        low, high = where.frame.to_map(0.0, 0.0), where.frame.to_map(width, height)
+        at = where.frame.to_map(x, y)
+        raise SettingError(
+            f"the {name} ({at[0]:.10g}, {at[1]:.10g}) lies off the map, which reaches from "
+            f"({low[0]:.10g}, {low[1]:.10g}) to ({high[0]:.10g}, {high[1]:.10g})"
+        )
+    cell = where.frame.cell_of(x, y)
+    if where.blocked[cell]:
+        raise SettingError(
+            f"rover {rover.name} cannot stand at the {name}: {_why(where, cell, rover)}; "
+            f"choose another point"
+        )
+
+
+def _why(where: Standing, cell: tuple[int, int], rover: Rover) -> str:
+    reason = Reason(int(where.reason[cell]))
+    if reason is Reason.NO_DATA:
+        return "the terrain has no data there"
+    if reason is Reason.SLOPE:
+        slope, limit = math.degrees(where.slope[cell]), math.degrees(rover.max_slope)
+        return f"the slope is {slope:.1f} deg, its limit {limit:.1f} deg"
+    if reason is Reason.STEP:
+        return f"a step of {where.step[cell]:.2f} m is there, its limit is {rover.max_step:.2f} m"
+    return f"forbidden ground is nearer than its radius of {rover.radius:.2f} m"

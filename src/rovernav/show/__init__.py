@@ -1,0 +1,12 @@
+"""Pictures of drives, trainings and ground: PNG files, drawn without a window.
+
+Nothing here loads the plotting library before a picture is asked for.
+"""
+
+from ._drive import draw_drive
+from ._paper import draw_paper_figure
+from ._terrain import draw_terrain
+from ._training import draw_training
+from ._worlds import draw_worlds
+
+__all__ = ["draw_drive", "draw_paper_figure", "draw_terrain", "draw_training", "draw_worlds"]

@@ -1,0 +1,77 @@
+"""One way to make a picture: no window, no global state, the same bytes for the same input."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .._version import __version__
+from ..core import write_atomic
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+DPI = 130
+INK = "#222222"
+STYLE: dict[str, Any] = {
+    "axes.edgecolor": "#888888",
+    "axes.labelcolor": INK,
+    "axes.titlesize": 11.0,
+    "font.family": ["DejaVu Sans"],
+    "font.size": 9.0,
+    "hatch.linewidth": 0.6,
+    "legend.fontsize": 8.5,
+    "legend.framealpha": 1.0,
+    "text.color": INK,
+    "text.usetex": False,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+}
+"""What a user's own matplotlib settings must not change."""
+
+
+def picture(path: Path, size: tuple[float, float], draw: Callable[[Figure], None]) -> Path:
+    """Write a PNG file atomically.
+
+    Args:
+        path: Where it shall be.
+        size: Width and height [inch]; a picture has 130 dots per inch.
+        draw: Draws onto the empty figure.
+
+    Returns:
+        `path`.
+    """
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    data = io.BytesIO()
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=size, dpi=DPI, facecolor="white")
+        canvas = FigureCanvasAgg(figure)
+        draw(figure)
+        canvas.print_png(data, metadata={"Software": f"rovernav {__version__}"})
+    write_atomic(path, lambda file: file.write(data.getvalue()) and None)
+    return path
+
+
+def in_metres(axes: Axes) -> None:
+    """Equal scales, and axes that say metres."""
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xlabel("x, east [m]")
+    axes.set_ylabel("y, north [m]")
+
+
+def heading(figure: Figure, text: str) -> None:
+    """One line over everything, in smaller letters where it is long."""
+    inches = figure.get_figwidth()
+    size = min(12.0, 130.0 * inches / max(len(text), 1) * 0.9)
+    figure.text(0.5, 1 - 0.17 / figure.get_figheight(), text, fontsize=size, ha="center", va="top")
+
+
+def footer(figure: Figure, text: str) -> None:
+    """Small print along the lower edge."""
+    figure.text(0.015, 0.012, text, fontsize=7.5, color="#555555", va="bottom", ha="left")

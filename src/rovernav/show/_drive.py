@@ -1,0 +1,137 @@
+"""A drive on its ground: where the rover went, when, and what it kept off."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core import F64, ShapeError
+from ..rover import Standing
+from ..sim import Trace
+from ..terrain import Terrain
+from ._canvas import INK, footer, heading, in_metres, picture
+from ._map import (
+    colour_bar,
+    forbidden_legend,
+    origin_words,
+    overview,
+    scale_bar,
+    window_around,
+)
+from ._relief import Window, draw_forbidden, draw_relief, piece_of
+from ._words import amount, end_colour, end_marker, end_words, path_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LEGEND: dict[str, Any] = {"loc": "upper left", "frameon": False, "labelspacing": 0.75}
+_SIDE, _WIDE = 0.725, 0.25
+"""Left edge and width of the column beside the map, as shares of the figure."""
+
+
+def draw_drive(
+    trace: Trace,
+    path: Path,
+    *,
+    terrain: Terrain,
+    standing: Standing | None = None,
+    sensed: F64 | None = None,
+    title: str | None = None,
+) -> Path:
+    """Draw the drive of the first rover of a trace, north up.
+
+    Args:
+        trace: The drive, in the local metres of the terrain.
+        path: The PNG file.
+        terrain: The ground.
+        standing: Where the rover could stand, drawn by reason.
+        sensed: Points (m, 2) that the rover's beams met [m].
+        title: Instead of the terrain's name.
+
+    Returns:
+        `path`.
+
+    Raises:
+        InputError: The trace kept no path.
+        ShapeError: Points or forbidden ground of another shape than the terrain's.
+    """
+
+    driven = path_of(trace)
+    if sensed is not None and (sensed.ndim != 2 or sensed.shape[1] != 2):
+        raise ShapeError(f"sensed points must have shape (m, 2), got {sensed.shape}")
+
+    def draw(figure: Figure) -> None:
+        ends = np.vstack([driven, trace.mission.start[:1, :2], trace.mission.goal[:1]])
+        window = window_around(ends, terrain.frame)
+        axes = figure.add_axes((0.065, 0.115, 0.64, 0.81))
+        extra, tint = _ground(axes, terrain, standing, window)
+        line = _path(axes, trace, driven, sensed)
+        scale_bar(axes, window, ends)
+        in_metres(axes)
+        axes.set(xlim=window[::2], ylim=window[1::2], facecolor="#dddddd")
+        heading(figure, f"{title or terrain.name}: {_summary(trace)}")
+        _side(figure, terrain, window)
+        handles = [*axes.get_legend_handles_labels()[0], *extra]
+        figure.legend(handles=handles, bbox_to_anchor=(_SIDE - 0.015, 0.58), **LEGEND)
+        colour_bar(figure, (_SIDE, 0.215, _WIDE, 0.02), line, "time since the start [s]")
+        colour_bar(figure, (_SIDE, 0.105, _WIDE, 0.02), tint, "elevation [m]")
+        footer(figure, origin_words(terrain))
+
+    return picture(path, (11.0, 7.4), draw)
+
+
+def _ground(
+    axes: Axes, terrain: Terrain, standing: Standing | None, window: Window
+) -> tuple[list[Any], Any]:
+    piece = piece_of(terrain, window)
+    tint = draw_relief(axes, piece)
+    if standing is None:
+        return [], tint
+    return forbidden_legend(draw_forbidden(axes, piece, standing)), tint
+
+
+def _path(axes: Axes, trace: Trace, driven: F64, sensed: F64 | None) -> Any:
+    """Draw the way, its ends and the straight line; returns what a colour bar of time needs."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.patches import Circle
+
+    start, goal, ended = trace.mission.start[0, :2], trace.mission.goal[0], trace.ended()
+    if sensed is not None and len(sensed):
+        axes.plot(*sensed.T, ".", color="black", ms=2.0, zorder=3, label="what its beams met")
+    axes.plot(
+        *np.stack([start, goal]).T, "--", color=INK, lw=1.1, zorder=4, label="straight line to goal"
+    )
+    axes.plot(*driven.T, color="white", lw=5.2, solid_capstyle="round", zorder=5)
+    axes.plot(*driven.T, color=INK, lw=4.0, solid_capstyle="round", zorder=5)
+    time = trace.time[: len(driven), 0]
+    line = LineCollection(
+        list(np.stack([driven[:-1], driven[1:]], axis=1)),
+        cmap="viridis", lw=2.4, zorder=6, capstyle="round", array=time[1:],
+    )  # fmt: skip
+    line.set_clim(0.0, max(float(time[-1]), 1e-9))
+    axes.add_collection(line)
+    axes.add_patch(Circle(tuple(goal), trace.mission.goal_radius, fill=False, ls=":", zorder=4))
+    axes.plot(*start, "o", color="white", mec="black", mew=1.5, ms=10, zorder=7, label="start")
+    axes.plot(*goal, "*", color="white", mec="black", mew=1.2, ms=17, zorder=7, label="goal")
+    axes.plot(
+        *driven[-1], end_marker(ended), color=end_colour(ended), mec="black", mew=1.0,
+        ms=8 if end_marker(ended) == "o" else 12, zorder=8, label=f"end: {end_words(ended)}",
+    )  # fmt: skip
+    return line
+
+
+def _side(figure: Figure, terrain: Terrain, window: Window) -> None:
+    """The whole map, small, with the window marked."""
+    axes = figure.add_axes((_SIDE, 0.6, _WIDE, 0.3))
+    draw_relief(axes, piece_of(terrain), tinted=False)
+    overview(axes, terrain, window)
+
+
+def _summary(trace: Trace) -> str:
+    words = end_words(trace.ended())
+    steps, metres = amount(int(trace.steps[0]), "step"), float(trace.length[0])
+    seconds = float(trace.time[min(int(trace.steps[0]), len(trace.time) - 1), 0])
+    return f"{words} after {metres:,.1f} m, {seconds:,.0f} s and {steps}"

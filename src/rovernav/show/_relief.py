@@ -1,0 +1,131 @@
+"""The ground as a picture: shaded relief with a tint of elevation, and forbidden ground on it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core import F32, F64, U8, Frame, ShapeError, value
+from ..rover import Reason, Standing
+from ..terrain import Terrain, hillshade
+from ._words import PURPLE, VERMILION, YELLOW
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+PIXELS = 1200
+"""Cells along a side above which a picture leaves some out."""
+TINT = "cividis"
+NOTHING = "#5a5a5a"
+"""Ground without data."""
+
+WHY = {
+    Reason.SLOPE: (VERMILION, 0.65, "too steep"),
+    Reason.STEP: (PURPLE, 0.75, "step too high"),
+    Reason.NO_DATA: (NOTHING, 0.75, "no data"),
+    Reason.NEAR: (YELLOW, 0.38, "within the rover's radius"),
+}
+"""Colour, opacity and words for each reason why the rover must keep off."""
+
+Window = tuple[float, float, float, float]
+"""West, south, east, north [m]."""
+
+
+@value
+class Piece:
+    """A part of a terrain, thinned out to the size of a picture.
+
+    Attributes:
+        height: Heights (h, w) [m], the terrain's offset included; row 0 south.
+        shade: Brightness (h, w), 0 to 1.
+        extent: West, east, south, north [m], as matplotlib takes it.
+        rows: First, last and step of the rows taken.
+        columns: First, last and step of the columns taken.
+        whole: The frame of the terrain.
+    """
+
+    height: F64
+    shade: F32
+    extent: tuple[float, float, float, float]
+    rows: slice
+    columns: slice
+    whole: Frame
+
+
+def piece_of(terrain: Terrain, window: Window | None = None) -> Piece:
+    """The cells of `terrain` within `window` [m], all of it by default."""
+    cell, (h, w) = terrain.frame.cell, terrain.frame.shape
+    west, south, east, north = window or (0.0, 0.0, w * cell, h * cell)
+    rows, columns = _cells(south, north, cell, h), _cells(west, east, cell, w)
+    step = max(rows.step, columns.step)
+    rows, columns = slice(rows.start, rows.stop, step), slice(columns.start, columns.stop, step)
+    height = np.ascontiguousarray(terrain.height[rows, columns])
+    frame = Frame(cell=cell * step, shape=height.shape)
+    part = Terrain(
+        frame=frame, height=height, offset=terrain.offset, name=terrain.name, source=terrain.source
+    )
+    x0, y0 = columns.start * cell, rows.start * cell
+    extent = (x0, x0 + frame.extent[0], y0, y0 + frame.extent[1])
+    return Piece(
+        height=height + terrain.offset,
+        shade=hillshade(part),
+        extent=extent,
+        rows=rows,
+        columns=columns,
+        whole=terrain.frame,
+    )
+
+
+def draw_relief(axes: Axes, piece: Piece, *, tinted: bool = True) -> Any:
+    """Draw shaded relief; returns what a colour bar of elevation [m] needs."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+
+    pale = 0.58 + 0.42 * colormaps[TINT](np.linspace(0.0, 1.0, 256))[:, :3]
+    known = piece.height[np.isfinite(piece.height)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
+    norm = Normalize(low, high) if high > low else Normalize(low - 0.5, low + 0.5)
+    tint = ListedColormap(pale)
+    colour = tint(norm(piece.height))[..., :3] if tinted else np.full((*piece.shade.shape, 3), 0.95)
+    image = np.clip(colour * _contrast(piece.shade)[..., None], 0.0, 1.0)
+    image[~np.isfinite(piece.height)] = [int(NOTHING[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    axes.imshow(image, origin="lower", extent=piece.extent, interpolation="nearest", zorder=0)
+    return ScalarMappable(norm, tint)
+
+
+def draw_forbidden(axes: Axes, piece: Piece, standing: Standing) -> list[Reason]:
+    """Draw where the rover must keep off, by reason; returns the reasons that occur."""
+    from matplotlib.colors import to_rgba
+
+    if standing.reason.shape != piece.whole.shape:
+        raise ShapeError(
+            f"forbidden ground has shape {standing.reason.shape}, the terrain {piece.whole.shape}"
+        )
+    reason: U8 = standing.reason[piece.rows, piece.columns]
+    image = np.zeros((*reason.shape, 4))
+    found = [why for why in WHY if (reason == why).any()]
+    for why in found:
+        colour, opacity, _ = WHY[why]
+        image[reason == why] = to_rgba(colour, opacity)
+    axes.imshow(image, origin="lower", extent=piece.extent, interpolation="nearest", zorder=1)
+    return found
+
+
+def _cells(low: float, high: float, cell: float, count: int) -> slice:
+    """The cells that cover `low` to `high` [m], at least three, thinned to `PIXELS`."""
+    first = min(max(0, math.floor(low / cell)), max(0, count - 3))
+    last = max(min(count, math.ceil(high / cell)), min(first + 3, count))
+    return slice(first, last, max(1, math.ceil((last - first) / PIXELS)))
+
+
+def _contrast(shade: F32) -> F64:
+    """Brightness 0.61 to 1.05: stretched over what occurs, but not so far that noise shows."""
+    known = shade[np.isfinite(shade)]
+    if not known.size:
+        return np.ones(shade.shape)
+    low, middle, high = np.percentile(known, (2.0, 50.0, 98.0))
+    reach = max(high - middle, middle - low, 0.08)
+    return np.where(np.isnan(shade), 0.85, 0.83 + 0.22 * np.clip((shade - middle) / reach, -1, 1))

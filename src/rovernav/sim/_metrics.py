@@ -1,0 +1,55 @@
+"""What a path is worth: how near it came to harm, how steep it was."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..core import F64
+from ..kernels import geometry
+from ._world import Grid, Worlds
+
+
+def path_length(path: F64) -> float:
+    """Length of a path (k, 2) [m]."""
+    return float(np.sum(np.hypot(*np.diff(path, axis=0).T)))
+
+
+def clearance(path: F64, worlds: Worlds, k: int = 0) -> float:
+    """Smallest distance of a path's SEGMENTS to anything rover k must not touch [m].
+
+    Args:
+        path: Points (p, 2) [m]; a single point counts as a segment of no length.
+        worlds: Where it was driven.
+        k: Whose world.
+
+    Returns:
+        0 where the path touches something, inf where there is nothing to touch.
+    """
+    points = np.ascontiguousarray(path if len(path) > 1 else np.repeat(path, 2, axis=0))
+    world = int(worlds.of[k])
+    boxes = worlds.boxes[worlds.offsets[world] : worlds.offsets[world + 1]]
+    best = np.inf
+    for a, b in zip(points[:-1], points[1:], strict=True):
+        for box in boxes:
+            best = min(best, geometry.segment_box(a[0], a[1], b[0], b[1], box))
+    if worlds.grid is not None:
+        best = min(best, _to_grid(points, worlds.grid))
+    return float(best)
+
+
+def _to_grid(points: F64, grid: Grid) -> float:
+    """Distance [m] of a path to the nearest blocked cell; the exact squares, not their centres."""
+    from scipy.ndimage import distance_transform_edt
+
+    if not grid.blocked.any():
+        return float("inf")
+    cell = grid.frame.cell
+    cells = points / cell
+    far = distance_transform_edt(grid.blocked == 0)
+    rows = np.clip(cells[:-1, 1].astype(int), 0, grid.blocked.shape[0] - 1)
+    columns = np.clip(cells[:-1, 0].astype(int), 0, grid.blocked.shape[1] - 1)
+    outside = np.hypot(cells[:-1, 0] - columns, cells[:-1, 1] - rows)
+    reach = far[rows, columns] + outside + np.hypot(*np.diff(cells, axis=0).T) + 2.0
+    out = np.empty(len(cells) - 1)
+    geometry.closest_cell(cells, grid.blocked, reach, out)
+    return float(out.min()) * cell

@@ -1,0 +1,42 @@
+"""How commands become motion."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from ..core import Command, RoverState, SettingError
+from ..kernels import drive as kernels
+
+
+@final
+class TwoAxis:
+    """The paper's rover: a point whose two motors move it along and across its heading.
+
+    The heading never changes. It follows every command exactly, at once.
+
+    Args:
+        period: Time between two decisions [s].
+    """
+
+    def __init__(self, period: float = 1.0) -> None:
+        if not (np.isfinite(period) and period > 0):
+            raise SettingError(f"the period must be above 0 s, got {period!r}")
+        self.period = float(period)
+
+    def step(self, state: RoverState, command: Command) -> RoverState:
+        """The state one period later, obstacles not yet considered."""
+        pose = np.empty_like(state.pose)
+        kernels.two_axis(state.pose, command.twist, self.period, pose)
+        return RoverState(
+            time=state.time + self.period,
+            pose=pose,
+            twist=command.twist,
+            odometry=state.odometry + _moved(state.pose, pose),
+            outcome=state.outcome,
+        )
+
+
+def _moved(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    return np.hypot(after[:, 0] - before[:, 0], after[:, 1] - before[:, 1])

@@ -1,0 +1,210 @@
+"""The trace of a drive: what is needed to redraw, score and replay it, saved without loss."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, final
+
+import numpy as np
+
+from .._version import __version__
+from ..core import (
+    F64,
+    I8,
+    I64,
+    Command,
+    FileError,
+    Mission,
+    Observation,
+    Outcome,
+    RoverState,
+    SettingError,
+    canonical_json,
+    read_bytes,
+    read_only,
+    suggest,
+    value,
+    write_atomic,
+)
+
+FORMAT = "rovernav-trace"
+VERSION = 1
+MAX_BYTES = 4_000_000_000
+RECORDS = ("all", "path", "none")
+
+
+@value
+class Trace:
+    """What happened in a drive of n rovers over t steps.
+
+    Attributes:
+        time: Time of each rover at each step (t + 1, n) [s]; it stops when the rover ends.
+        pose: Poses (t + 1, n, 3): x [m], y [m], heading [rad].
+        commands: Body twists (t, n, 3) [m/s, m/s, rad/s].
+        channels: Readings by sensor name, (t, n, b) each.
+        mission: Starts and goals.
+        outcome: `Outcome` codes (n,).
+        steps: Steps each rover drove (n,).
+        length: Distance each rover drove (n,) [m].
+        seed: Seed of everything random in the drive.
+        settings: Plain data that came with the drive.
+        version: The rovernav that drove.
+    """
+
+    time: F64
+    pose: F64
+    commands: F64
+    channels: Mapping[str, F64]
+    mission: Mission
+    outcome: I8
+    steps: I64
+    length: F64
+    seed: int
+    settings: Mapping[str, Any]
+    version: str = __version__
+
+    def _check(self) -> None:
+        frozen = {name: read_only(reading) for name, reading in self.channels.items()}
+        object.__setattr__(self, "channels", MappingProxyType(frozen))
+
+    def path(self, k: int = 0) -> F64:
+        """Points (steps + 1, 2) of rover k [m], start and end included."""
+        return self.pose[: int(self.steps[k]) + 1, k, :2]
+
+    def ended(self, k: int = 0) -> Outcome:
+        """How rover k ended."""
+        return Outcome(int(self.outcome[k]))
+
+
+@final
+class TraceBuilder:
+    """Collects a trace step by step."""
+
+    def __init__(self, record: str) -> None:
+        if record not in RECORDS:
+            raise SettingError(f"unknown record {record!r}; {suggest(record, RECORDS)}")
+        self._record = record
+        self._time: list[F64] = []
+        self._pose: list[F64] = []
+        self._commands: list[F64] = []
+        self._channels: dict[str, list[F64]] = {}
+        self._steps: I64 | None = None
+
+    def add(
+        self, rovers: RoverState, observation: Observation | None, command: Command | None
+    ) -> None:
+        """Keep one step; the first call is the start, without observation and command."""
+        if self._steps is None:
+            self._steps = np.zeros(len(rovers.pose), np.int64)
+            self._driving = rovers.driving
+        else:
+            self._steps += self._driving
+            self._driving = rovers.driving
+        if self._record == "none":
+            self._time, self._pose = [rovers.time], [rovers.pose]
+            return
+        self._time.append(rovers.time)
+        self._pose.append(rovers.pose)
+        if self._record == "all" and observation is not None and command is not None:
+            self._commands.append(command.twist)
+            for name, reading in observation.channels.items():
+                self._channels.setdefault(name, []).append(reading)
+
+    def finish(
+        self, mission: Mission, rovers: RoverState, *, seed: int, settings: dict[str, Any]
+    ) -> Trace:
+        """The trace of all that was added."""
+        assert self._steps is not None
+        n = len(rovers.pose)
+        return Trace(
+            time=np.stack(self._time),
+            pose=np.stack(self._pose),
+            commands=np.stack(self._commands) if self._commands else np.empty((0, n, 3)),
+            channels={name: np.stack(rows) for name, rows in self._channels.items()},
+            mission=mission,
+            outcome=rovers.outcome,
+            steps=self._steps,
+            length=rovers.odometry,
+            seed=seed,
+            settings=settings,
+        )
+
+
+def save_trace(trace: Trace, path: Path) -> None:
+    """Write a trace as ``.npz`` with a JSON header, atomically; nothing is lost."""
+    header = {
+        "format": FORMAT,
+        "version": VERSION,
+        "rovernav": trace.version,
+        "seed": trace.seed,
+        "settings": dict(trace.settings),
+        "goal_radius": trace.mission.goal_radius,
+        "time_limit": trace.mission.time_limit,
+        "channels": sorted(trace.channels),
+        "units": {"time": "s", "pose": ["m", "m", "rad"], "commands": ["m/s", "m/s", "rad/s"]},
+    }
+    arrays: dict[str, Any] = {
+        "header": np.frombuffer(canonical_json(header).encode(), np.uint8),
+        "time": trace.time,
+        "pose": trace.pose,
+        "commands": trace.commands,
+        "start": trace.mission.start,
+        "goal": trace.mission.goal,
+        "outcome": trace.outcome,
+        "steps": trace.steps,
+        "length": trace.length,
+        **{f"channel:{name}": reading for name, reading in trace.channels.items()},
+    }
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **arrays)
+    write_atomic(path, lambda file: file.write(buffer.getvalue()) and None)
+
+
+def load_trace(path: Path) -> Trace:
+    """Read a trace that `save_trace` wrote.
+
+    Raises:
+        FileError: Missing, damaged, foreign or of another version.
+    """
+    data = read_bytes(path, limit=MAX_BYTES, what="trace")
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        header = json.loads(arrays.pop("header").tobytes())
+    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile, AttributeError):
+        raise FileError(f"{path} is not a trace, or is damaged") from None
+    if (header.get("format"), header.get("version")) != (FORMAT, VERSION):
+        raise FileError(
+            f"{path}: format must be {FORMAT!r} version {VERSION}, got "
+            f"{header.get('format')!r} version {header.get('version')!r}"
+        )
+    try:
+        return _from_arrays(header, arrays)
+    except KeyError as error:
+        raise FileError(f"{path} is damaged: it has no {error.args[0]!r}") from None
+
+
+def _from_arrays(header: dict[str, Any], arrays: dict[str, Any]) -> Trace:
+    return Trace(
+        time=arrays["time"],
+        pose=arrays["pose"],
+        commands=arrays["commands"],
+        channels={name: arrays[f"channel:{name}"] for name in header["channels"]},
+        mission=Mission(
+            start=arrays["start"],
+            goal=arrays["goal"],
+            goal_radius=header["goal_radius"],
+            time_limit=header["time_limit"],
+        ),
+        outcome=arrays["outcome"],
+        steps=arrays["steps"],
+        length=arrays["length"],
+        seed=header["seed"],
+        settings=header["settings"],
+        version=header["rovernav"],
+    )
