@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
 import pytest
@@ -35,33 +33,17 @@ def root() -> Path:
 
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
-    """The development data: ROVERNAV_DATA, or shared/data beside the checkout."""
+    """The development data: ROVERNAV_DATA, or shared/data beside the checkout.
+
+    Where they are not at hand, the test is skipped; a place that should have them must have them.
+    """
     named = os.environ.get("ROVERNAV_DATA")
-    if named:
-        if not Path(named).is_dir():
-            pytest.fail(f"ROVERNAV_DATA is {named}, which is not a folder")
-        return Path(named)
     beside = ROOT.parent / "shared"
-    if not (beside / "data").is_dir():
-        _missing("no development data: set ROVERNAV_DATA to their folder", failure=beside.is_dir())
-    return beside / "data"
-
-
-@pytest.fixture(scope="session")
-def data_file(data_dir: Path) -> Callable[[str], Path]:
-    """A function from a name like ``dem/moon_dem_33/dem_moon.tif`` to the file in `data_dir`."""
-
-    def find(name: str) -> Path:
-        path = data_dir / name
-        if not path.exists():
-            _missing(f"the development data have no {name}", failure=True)
-        return path
-
-    return find
-
-
-def _missing(reason: str, *, failure: bool) -> NoReturn:
-    """Skip; but under CI, where data are there, a test that needs them may not stay away."""
-    if UNDER_CI and failure:
-        pytest.fail(reason)
-    pytest.skip(reason)
+    folder = Path(named) if named else beside / "data"
+    if folder.is_dir():
+        return folder
+    if named:
+        pytest.fail(f"ROVERNAV_DATA is {named}, which is not a folder")
+    if UNDER_CI and beside.is_dir():
+        pytest.fail(f"{beside} has no folder data")
+    pytest.skip("no development data; set ROVERNAV_DATA to their folder")

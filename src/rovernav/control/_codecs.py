@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
 from typing import Any, final
 
 import numpy as np
 
-from ..core import F64, Codec, Command, Observation, SettingError, suggest
+from ..core import F64, Codec, Command, Float, Observation, SettingError, suggest
+from ..kernels import drive as kernels
+from ._headings import HeadingCodec
 
 
 @final
@@ -25,27 +28,35 @@ class BassilCodec:
     def __init__(
         self, *, step: float = 0.8287, period: float = 1.0, stop_at_goal: bool = True
     ) -> None:
-        for what, number in (("step", step), ("period", period)):
+        given: dict[str, Any] = {"step": step, "period": period}
+        for what, number in given.items():
             if not (isinstance(number, (int, float)) and np.isfinite(number) and number > 0):
                 raise SettingError(f"codec bassil: {what} must be above 0, got {number!r}")
+        if stop_at_goal not in (True, False):
+            raise SettingError(
+                f"codec bassil: stop_at_goal must be true or false, got {stop_at_goal!r}"
+            )
         self.step, self.period, self.stop_at_goal = float(step), float(period), bool(stop_at_goal)
+
+    @property
+    def sizes(self) -> tuple[int, int]:
+        """Inputs and outputs of the networks that it fits."""
+        return 2, 2
 
     def encode(self, observation: Observation) -> F64:
         """Channels ``clear_sight`` and ``off_line`` side by side (n, 2)."""
-        sight = observation.channel("clear_sight")
-        return np.concatenate((sight, observation.channel("off_line")), axis=1)
+        out = np.empty((len(observation.goal), 2))
+        sight, off_line = observation.channel("clear_sight"), observation.channel("off_line")
+        kernels.side_by_side(sight, off_line, out)
+        return out
 
-    def decode(self, outputs: F64, observation: Observation) -> Command:
+    def decode(self, outputs: Float, observation: Observation) -> Command:
         """Outputs (n, 2) as body twists: `step` times the output in each period."""
-        twist = np.zeros((len(outputs), 3))
-        move = self.step * outputs
-        if self.stop_at_goal:
-            goal = observation.goal
-            near = (goal * goal).sum(1) <= (move * move).sum(1)
-            cut = near & (observation.channel("clear_sight")[:, 0] == 1.0)
-            if cut.any():
-                move = np.where(cut[:, None], goal, move)
-        twist[:, :2] = move / self.period
+        twist = np.empty((len(outputs), 3))
+        kernels.axis_speeds(
+            outputs, self.step, self.period, observation.goal,
+            observation.channel("clear_sight"), self.stop_at_goal, twist,
+        )  # fmt: skip
         return Command(twist=twist)
 
     def settings(self) -> dict[str, Any]:
@@ -58,7 +69,10 @@ class BassilCodec:
         }
 
 
-_CODECS: dict[str, Callable[..., Codec]] = {BassilCodec.name: BassilCodec}
+_CODECS: dict[str, Callable[..., Codec]] = {
+    BassilCodec.name: BassilCodec,
+    HeadingCodec.name: HeadingCodec,
+}
 
 
 def build_codec(settings: Mapping[str, Any]) -> Codec:
@@ -69,8 +83,12 @@ def build_codec(settings: Mapping[str, Any]) -> Codec:
     """
     parameters = dict(settings)
     name = parameters.pop("name", None)
-    if name not in _CODECS:
+    if not isinstance(name, str) or name not in _CODECS:
         raise SettingError(f"unknown codec {name!r}; {suggest(str(name), _CODECS)}")
+    allowed = inspect.signature(_CODECS[name]).parameters
+    for key in parameters:
+        if key not in allowed:
+            raise SettingError(f"codec {name}: unknown parameter {key!r}; {suggest(key, allowed)}")
     try:
         return _CODECS[name](**parameters)
     except TypeError as error:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core import Codec, Command, Mission, Observation, SettingError
 from ..kernels import network as kernels
-from ..nets import Network
+from ..nets import Network, topology_text
 from ._codecs import build_codec
 
 
@@ -31,6 +31,7 @@ class NeuralController:
             )
         self.network = network
         self.codec: Codec = build_codec(network.card.codec)
+        _check_fit(self.codec, network)
         self._layers = network.layers
         self._weights = np.ascontiguousarray(network.parameters)
 
@@ -44,3 +45,12 @@ class NeuralController:
         out = np.empty((len(inputs), self.network.topology[-1]), self._weights.dtype)
         kernels.forward(self._layers, self._weights, inputs, out)
         return self.codec.decode(out, observation), None
+
+
+def _check_fit(codec: Codec, network: Network) -> None:
+    inputs, outputs = codec.sizes
+    if (network.topology[0], network.topology[-1]) != codec.sizes:
+        raise SettingError(
+            f"codec {codec.settings()['name']} needs a network with {inputs} inputs and {outputs} "
+            f"outputs, got {topology_text(network.topology)}"
+        )

@@ -1,8 +1,10 @@
 """The values that flow through the house, the roles, the errors and the file envelope."""
 
 from ._arrays import F32, F64, I8, I64, U8, Bool, Float
+from ._contract import check_steps
 from .drive import Command, Mission, Observation, RoverState
 from .errors import (
+    ContractError,
     FileError,
     InputError,
     MissingExtraError,
@@ -15,9 +17,9 @@ from .errors import (
 from .files import canonical_json, read_bytes, read_text, sha256_of, write_atomic, write_text
 from .frame import Frame
 from .outcome import Outcome
-from .roles import Codec, Controller, Memory, Motion, Sensor
+from .roles import Codec, Controller, Mapper, Memory, Motion, Sensor
 from .settings import build, read_yaml
-from .values import read_only, value
+from .values import map_arrays, read_only, value
 
 __all__ = [
     "F32",
@@ -28,11 +30,13 @@ __all__ = [
     "Bool",
     "Codec",
     "Command",
+    "ContractError",
     "Controller",
     "FileError",
     "Float",
     "Frame",
     "InputError",
+    "Mapper",
     "Memory",
     "MissingExtraError",
     "Mission",
@@ -47,6 +51,8 @@ __all__ = [
     "ShapeError",
     "build",
     "canonical_json",
+    "check_steps",
+    "map_arrays",
     "read_bytes",
     "read_only",
     "read_text",

@@ -1,12 +1,13 @@
 """The values that flow through a drive, batch axis first: n rovers at once.
 
-Frames follow ROS REP-103: x east, y north, z up; heading is counter-clockwise from +x, in (-pi, pi].
+Frames follow ROS REP-103: x east, y north, z up; heading counter-clockwise from +x, in (-pi, pi].
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -104,11 +105,13 @@ class Observation:
         goal: The goal in each rover's frame (n, 2): forward [m], left [m].
         twist: Body velocity (n, 3) [m/s, m/s, rad/s].
         channels: What each sensor read, by name: (n, b) each.
+        map: What the map room made of all readings so far; None without a mapper.
     """
 
     goal: F64
     twist: F64
     channels: Mapping[str, F64]
+    map: Any = None
 
     def _check(self) -> None:
         frozen = {name: read_only(reading) for name, reading in self.channels.items()}

@@ -8,6 +8,7 @@
     │   ├── ShapeError        an array of the wrong shape or dtype
     │   ├── PatternError      a line of a pattern table
     │   └── FileError         a file is missing, damaged, foreign or too large
+    ├── ContractError         a part of a drive does not keep the contract of its role
     └── MissingExtraError     an optional package is not installed
 
 A message says what was wrong, what was got, what is allowed and what to do next.
@@ -43,6 +44,10 @@ class PatternError(InputError):
 
 class FileError(InputError):
     """A file is missing, damaged, of a foreign format or too large."""
+
+
+class ContractError(RovernavError, AssertionError):
+    """A part of a drive (a controller, a sensor) does not keep the contract of its role."""
 
 
 class MissingExtraError(RovernavError, ImportError):

@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 from .errors import FileError
 
 
-def write_atomic(path: Path, write: Callable[[BinaryIO], None]) -> None:
+def write_atomic(path: Path, write: Callable[[BinaryIO], object]) -> None:
     """Write a file so that a crash leaves the old one or the new one, never a part.
 
     Args:
@@ -44,7 +44,7 @@ def write_atomic(path: Path, write: Callable[[BinaryIO], None]) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text atomically."""
-    write_atomic(path, lambda file: file.write(text.encode()) and None)
+    write_atomic(path, lambda file: file.write(text.encode()))
 
 
 def read_bytes(path: Path, *, limit: int, what: str) -> bytes:
@@ -67,7 +67,7 @@ def read_bytes(path: Path, *, limit: int, what: str) -> bytes:
             f"{path} has {status.st_size:,} bytes, more than a {what} may have ({limit:,} bytes)"
         )
     kind = "a folder" if stat.S_ISDIR(status.st_mode) else "no ordinary file"
-    raise FileError(f"{path} is {kind}; give the {what} file itself")
+    raise FileError(f"{path} is {kind}; give the {what} itself")
 
 
 def read_text(path: Path, *, limit: int, what: str) -> str:

@@ -13,8 +13,8 @@ class Frame:
     """A grid of square cells in a local metric frame: x east, y north [m].
 
     Row i runs along +y and column j along +x, so row 0 is the south edge. The local frame's (0, 0)
-    is the south-west corner of cell (0, 0); cell (i, j) covers ``[j, j+1] x [i, i+1]`` times `cell`.
-    Poses are local float64 metres, because projected eastings are too large for short floats.
+    is the south-west corner of cell (0, 0); cell (i, j) covers ``[j, j+1] x [i, i+1]`` times
+    `cell`. Poses are local float64 metres, because eastings are too large for short floats.
 
     Attributes:
         cell: Side of a cell [m].

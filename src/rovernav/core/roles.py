@@ -14,7 +14,7 @@ Memory = Any
 
 @runtime_checkable
 class Sensor(Protocol):
-    """Reads one channel. The world and the mission are its argument, so it may look at the truth."""
+    """Reads one channel. It is given the world and the mission, so it may look at the truth."""
 
     name: str
 
@@ -41,6 +41,19 @@ class Controller(Protocol):
 
 
 @runtime_checkable
+class Mapper(Protocol):
+    """Keeps what was sensed, and adds channels made from it to what a controller sees."""
+
+    def start(self, mission: Mission) -> Memory:
+        """An empty map for each rover."""
+        ...
+
+    def update(self, memory: Memory, pose: Any, goal: Any, channels: Any) -> tuple[Any, Memory]:
+        """Further channels by name, (n, b) each, and the map with these readings in it."""
+        ...
+
+
+@runtime_checkable
 class Motion(Protocol):
     """Moves the rovers: the only part that may change a pose."""
 
@@ -57,6 +70,11 @@ class Codec(Protocol):
 
     Its name and parameters are stored in the network file, so driving and training cannot disagree.
     """
+
+    @property
+    def sizes(self) -> tuple[int, int]:
+        """Inputs and outputs of the networks that it fits."""
+        ...
 
     def encode(self, observation: Observation) -> Any:
         """Network inputs (n, i)."""

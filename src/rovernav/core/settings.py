@@ -28,6 +28,9 @@ _PLAIN = {
 """What an unquoted word can be besides text: its pattern and its first letters."""
 
 
+_KINDS: dict[type, str] = {type(None): "nothing", list: "a list", str: "text"}
+
+
 def read_yaml(path: Path, *, what: str) -> dict[str, Any]:
     """The mapping in a YAML file.
 
@@ -41,15 +44,18 @@ def read_yaml(path: Path, *, what: str) -> dict[str, Any]:
 
     text = read_text(path, limit=MAX_YAML_BYTES, what=what)
     try:
-        data = yaml.load(text, Loader=_strict_loader())  # noqa: S506 (a SafeLoader subclass)
+        data = yaml.load(text, Loader=_strict_loader())  # a SafeLoader
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         where = f", line {mark.line + 1}" if mark else ""
         raise FileError(f"{path}{where}: {error.problem or 'is not YAML'}") from None
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
+    except RecursionError:
+        raise FileError(f"{path} is not YAML: nested too deeply") from None
+    except (yaml.YAMLError, ValueError) as error:
         raise FileError(f"{path} is not YAML: {str(error).splitlines()[0]}") from None
     if not isinstance(data, dict):
-        raise FileError(f"{path} must hold 'key: value' lines, got {type(data).__name__}")
+        got = _KINDS.get(type(data), "a number")
+        raise FileError(f"{path} must hold 'key: value' lines, got {got}")
     return data
 
 
@@ -72,6 +78,8 @@ def _sentence(model: type[Any], first: Any, source: str) -> str:
     if first["type"] == "extra_forbidden":
         fields = _fields_at(model, first["loc"][:-1])
         return f"{source}: unknown key {key!r}; {suggest(str(first['loc'][-1]), fields)}"
+    if first["type"] == "invalid_key":
+        return f"{source}: the key {key} must be text; put it in quotes"
     if first["type"] == "missing":
         return f"{source}: the key {key!r} is missing; add it"
     message = first["msg"].removeprefix("Value error, ")

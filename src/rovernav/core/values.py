@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar, dataclass_transform
 
 import numpy as np
@@ -33,6 +33,25 @@ def _post_init(check: Callable[[Any], None] | None) -> Callable[[Any], None]:
             check(self)
 
     return __post_init__
+
+
+def map_arrays(item: Any, change: Callable[[np.ndarray[Any, Any]], Any]) -> Any:
+    """`item` with `change` made to each array in it, as deep as values, mappings and lists go.
+
+    Rows 0 and 2 of everything about n rovers: ``map_arrays(state, lambda array: array[[0, 2]])``.
+    """
+    if isinstance(item, np.ndarray):
+        return change(item)
+    if isinstance(item, Mapping):
+        return {name: map_arrays(part, change) for name, part in item.items()}
+    if isinstance(item, list | tuple):
+        return type(item)(map_arrays(part, change) for part in item)
+    if dataclasses.is_dataclass(item) and not isinstance(item, type):
+        names = [field.name for field in dataclasses.fields(item)]
+        return dataclasses.replace(
+            item, **{name: map_arrays(getattr(item, name), change) for name in names}
+        )
+    return item
 
 
 def read_only(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

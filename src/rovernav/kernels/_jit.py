@@ -16,10 +16,11 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
-from numba.core import config
+from numba.core import config as numba_config
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+config: Any = numba_config
 OPTIONS = {"error_model": "numpy", "nogil": True}
 """What every kernel is compiled with."""
 
@@ -28,7 +29,7 @@ JIT_DISABLED = bool(config.DISABLE_JIT)
 
 
 def kernel(*, inline: bool = False) -> Callable[[Function], Function]:
-    """Compile a function: nogil, NumPy division, no fastmath, cached on disk where that is possible.
+    """Compile a function: nogil, NumPy division, no fastmath, cached on disk where possible.
 
     Args:
         inline: Make LLVM put the body into each caller, however large it is.
@@ -76,8 +77,11 @@ def _parents() -> list[Path]:
         return [Path(named).absolute()]
     from platformdirs import user_cache_path
 
-    own = user_cache_path("rovernav", appauthor=False)
-    return [own] if own.is_absolute() else []  # without a home it would begin with a folder "~"
+    try:
+        own = user_cache_path("rovernav", appauthor=False)
+    except RuntimeError:  # there is no home; older releases answer "~/.cache" instead
+        return []
+    return [own] if own.is_absolute() else []
 
 
 def _source_hash() -> str:

@@ -29,12 +29,14 @@ class Scratch(NamedTuple):
         d: Signals, laid out like `o`.
         t: One layer's weights or gradient, transposed.
         y: Targets (rows, o).
+        one: The number 1 (1,).
     """
 
     o: Any
     d: Any
     t: Any
     y: Any
+    one: Any
 
 
 def make_plan(layers: tuple[tuple[int, int, int], ...], rows: int, itemsize: int) -> Any:
@@ -65,8 +67,19 @@ def make_scratch(plan: Any, rows: int, dtype: Any) -> Scratch:
     """Buffers for batches of up to `rows` rows."""
     size = int(plan[-1][OUTPUTS] + rows * plan[-1][WIDE])
     turned = int(max(layer[UNITS] * layer[BELOW_WIDE] for layer in plan))
-    y = np.zeros((rows, int(plan[-1][UNITS])), dtype)
-    return Scratch(aligned(size, dtype), aligned(size, dtype), aligned(turned, dtype), y)
+    return Scratch(
+        o=aligned(size, dtype),
+        d=aligned(size, dtype),
+        t=aligned(turned, dtype),
+        y=np.zeros((rows, int(plan[-1][UNITS])), dtype),
+        one=np.ones(1, dtype),
+    )
+
+
+def inputs(plan: Any, scratch: Scratch, rows: int) -> Any:
+    """A view (rows, i) of the place where a batch's inputs stand."""
+    wide = plan[0, BELOW_WIDE]
+    return scratch.o[: rows * wide].reshape(rows, wide)[:, : plan[0, INPUTS]]
 
 
 @kernel()
@@ -121,10 +134,10 @@ def gradient(plan: Any, w: Any, g: Any, scratch: Scratch, loss: int, rows: int) 
         times_slope(d[ends[0] : ends[1]], o[ends[0] : ends[1]], top[CODE])
     for layer in range(plan.shape[0] - 1, -1, -1):
         here = plan[layer]
-        _weight_gradient(here, o, d, g, scratch.t, rows)
+        _weight_gradient(here, scratch, g, rows)
         if layer > 0:
-            _turn(w, here[WEIGHTS], here[WIDE], scratch.t, here)
             below, wide = here[BELOW], here[BELOW_WIDE]
+            _turn(w[here[WEIGHTS] :], here[WIDE], here[INPUTS], scratch.t, wide, here[UNITS])
             at = At(below, wide, here[OUTPUTS], here[WIDE], 1, 0, wide, here[UNITS], 0)
             product(d, d, scratch.t, at, rows, wide)
             end = below + rows * wide
@@ -135,43 +148,41 @@ def gradient(plan: Any, w: Any, g: Any, scratch: Scratch, loss: int, rows: int) 
 @kernel()
 def score(plan: Any, scratch: Scratch, loss: int, rows: int) -> float:
     """Write the signals of the network's outputs to `d`; return the sum of the rows' losses."""
-    first, wide = plan[-1, OUTPUTS], plan[-1, WIDE]
-    z = scratch.o[first : first + rows * wide].reshape(rows, wide)
-    d = scratch.d[first : first + rows * wide].reshape(rows, wide)
-    return loss_signal(z, scratch.y[:rows], loss, d)
+    first, wide, total = plan[-1, OUTPUTS], plan[-1, WIDE], 0.0
+    share = scratch.o.dtype.type(1.0 / rows)
+    for row in range(rows):
+        z = scratch.o[first + row * wide : first + (row + 1) * wide]
+        d = scratch.d[first + row * wide : first + (row + 1) * wide]
+        total += loss_signal(z, scratch.y[row], loss, share, d)
+    return total
 
 
 @kernel()
-def _weight_gradient(here: Any, o: Any, d: Any, g: Any, t: Any, rows: int) -> None:
+def _weight_gradient(here: Any, scratch: Scratch, g: Any, rows: int) -> None:
     """One layer's part of g: outputs below times signals, summed over the rows; signals alone.
 
     A layer of few units is computed transposed, where less of each vector is padding.
     """
     inputs, units, wide, below_wide = here[INPUTS], here[UNITS], here[WIDE], here[BELOW_WIDE]
-    first = here[WEIGHTS]
+    o, d, t = scratch.o, scratch.d, scratch.t
+    first, signals, below = here[WEIGHTS], here[OUTPUTS], here[BELOW]
     if units * below_wide < inputs * wide:
-        at = At(0, below_wide, here[OUTPUTS], 1, wide, here[BELOW], below_wide, rows, 0)
+        at = At(0, below_wide, signals, 1, wide, below, below_wide, rows, 0)
         product(t, d, o, at, units, below_wide)
-        for unit in range(units):
-            for i in range(inputs):
-                g[first + i * wide + unit] = t[unit * below_wide + i]
+        _turn(t, below_wide, units, g[first : first + inputs * wide], wide, inputs)
     else:
-        at = At(first, wide, here[BELOW], 1, below_wide, here[OUTPUTS], wide, rows, 0)
+        at = At(first, wide, below, 1, below_wide, signals, wide, rows, 0)
         product(g, o, d, at, inputs, wide)
-    bias = g[first + inputs * wide : first + (inputs + 1) * wide]
-    bias[:] = 0
-    for row in range(rows):
-        at_row = here[OUTPUTS] + row * wide
-        for unit in range(wide):
-            bias[unit] += d[at_row + unit]
+    at = At(first + inputs * wide, wide, 0, 0, 0, signals, wide, rows, 0)
+    product(g, scratch.one, d, at, scratch.one.size, wide)
 
 
 @kernel()
-def _turn(w: Any, first: int, wide: int, t: Any, here: Any) -> None:
-    """Write one layer's weights transposed, (units, padded inputs), to t."""
-    inputs, below_wide = here[INPUTS], here[BELOW_WIDE]
-    for unit in range(here[UNITS]):
-        for i in range(inputs):
-            t[unit * below_wide + i] = w[first + i * wide + unit]
-        for i in range(inputs, below_wide):
-            t[unit * below_wide + i] = 0
+def _turn(a: Any, a_row: int, rows: int, b: Any, b_row: int, columns: int) -> None:
+    """Write the matrix a (rows, columns), transposed, to b (columns, rows); 0 to b's padding."""
+    for j in range(columns):
+        line = b[j * b_row : (j + 1) * b_row]
+        for i in range(rows):
+            line[i] = a[i * a_row + j]
+        for i in range(rows, line.size):
+            line[i] = 0

@@ -101,16 +101,17 @@ def descend(
 
 
 @kernel()
-def mean_loss(plan: Any, w: Any, table: Table, scratch: Any, loss: int, rows: int) -> float:
-    """Mean loss of a table, `rows` rows at a time."""
+def losses_of(
+    plan: Any, w: Any, table: Table, scratch: Any, s: Descent, first: int, last: int
+) -> float:
+    """The sum of the losses of the rows ``order[first:last]``; arguments as of `descend`."""
     total = 0.0
-    count = table.order.size
-    for at in range(0, count, rows):
-        here = min(rows, count - at)
-        _show(plan, table, at, here, scratch)
-        batch.forward(plan, w, scratch.o, here)
-        total += batch.score(plan, scratch, loss, here)
-    return total / count
+    for at in range(first, last, s.batch):
+        rows = min(s.batch, last - at)
+        _show(plan, table, at, rows, scratch)
+        batch.forward(plan, w, scratch.o, rows)
+        total += batch.score(plan, scratch, s.loss, rows)
+    return total
 
 
 @kernel()
@@ -119,8 +120,9 @@ def _show(plan: Any, table: Table, at: int, rows: int, scratch: Any) -> None:
     wide = plan[0, batch.BELOW_WIDE]
     for row in range(rows):
         p = table.order[at + row]
-        for i in range(table.x.shape[1]):
-            scratch.o[row * wide + i] = table.x[p, i]
+        x, place = table.x[p], scratch.o[row * wide : (row + 1) * wide]
+        for i in range(x.size):
+            place[i] = x[i]
         for k in range(table.y.shape[1]):
             scratch.y[row, k] = table.y[p, k]
 

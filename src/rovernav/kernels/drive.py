@@ -1,4 +1,4 @@
-"""One step of a drive for n rovers: goals seen from the rover, motion, sight, swept contact.
+"""One step of a drive for n rovers: goals seen from the rover, commands, motion, sight, contact.
 
 Symbols: pose rows x [m], y [m], heading [rad]; c, s cosine and sine of the heading.
 Every row is computed by itself in a fixed order, so it does not depend on the batch.
@@ -44,6 +44,31 @@ def goal_in_body(pose: Any, goal: Any, out: Any) -> None:
 
 
 @kernel()
+def side_by_side(left: Any, right: Any, out: Any) -> None:
+    """The first columns of two channels, to out (n, 2)."""
+    for k in range(out.shape[0]):
+        out[k, 0], out[k, 1] = left[k, 0], right[k, 0]
+
+
+@kernel()
+def axis_speeds(
+    outputs: Any, step: float, period: float, goal: Any, sight: Any, stop_at_goal: bool, out: Any
+) -> None:
+    """Outputs (n, 2) as body twists: `step` times the output in each `period`, to out (n, 3).
+
+    With `stop_at_goal`, a step at least as long as the way to the goal (n, 2) ends at it where the
+    sight (n, 1) is clear.
+    """
+    for k in range(out.shape[0]):
+        forward, left = step * np.float64(outputs[k, 0]), step * np.float64(outputs[k, 1])
+        x, y = goal[k, 0], goal[k, 1]
+        near = x * x + y * y <= forward * forward + left * left
+        if stop_at_goal and near and sight[k, 0] == 1.0:
+            forward, left = x, y
+        out[k, 0], out[k, 1], out[k, 2] = forward / period, left / period, 0.0
+
+
+@kernel()
 def two_axis(pose: Any, twist: Any, period: float, out: Any) -> None:
     """Move each rover by its forward and left speed for one period; headings stay."""
     for k in range(pose.shape[0]):
@@ -52,6 +77,36 @@ def two_axis(pose: Any, twist: Any, period: float, out: Any) -> None:
         out[k, 0] = pose[k, 0] + (c * dx - s * dy)
         out[k, 1] = pose[k, 1] + (s * dx + c * dy)
         out[k, 2] = pose[k, 2]
+
+
+@kernel()
+def differential(
+    pose: Any, twist: Any, speed: float, turn_rate: float, period: float, out: Any, driven: Any
+) -> None:
+    """Move each rover along the arc of its limited speed v and turn rate w for one period.
+
+    The chord of an arc of w T is v T sin(w T/2) / (w T/2) long and points w T/2 from the heading.
+
+    Args:
+        pose: Poses (n, 3).
+        twist: Commands (n, 3); the sideways part is ignored.
+        speed: Limit of |v| [m/s].
+        turn_rate: Limit of |w| [rad/s].
+        period: T [s].
+        out: Poses after it (n, 3), headings in (-pi, pi].
+        driven: Body velocities that were driven (n, 3).
+    """
+    for k in range(pose.shape[0]):
+        v = min(max(twist[k, 0], -speed), speed)
+        w = min(max(twist[k, 2], -turn_rate), turn_rate)
+        half = 0.5 * w * period
+        chord = v * period * (math.sin(half) / half if half != 0.0 else 1.0)
+        a = pose[k, 2] + half
+        out[k, 0] = pose[k, 0] + chord * math.cos(a)
+        out[k, 1] = pose[k, 1] + chord * math.sin(a)
+        turned = pose[k, 2] + w * period
+        out[k, 2] = math.atan2(math.sin(turned), math.cos(turned))
+        driven[k, 0], driven[k, 1], driven[k, 2] = v, 0.0, w
 
 
 @kernel()

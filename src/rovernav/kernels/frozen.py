@@ -46,7 +46,7 @@ def _function(name: str, source: str) -> Callable[..., Any]:
     folder = cache_folder()
     if folder is None:
         space: dict[str, Any] = {"__name__": f"rovernav.kernels.{name}"}
-        exec(source, space)  # noqa: S102 (generated above from whole numbers alone)
+        exec(source, space)  # generated above, from whole numbers alone
         return space["train"]
     path = folder / f"{name}.py"
     if not path.exists() or path.read_bytes() != source.encode():
@@ -54,7 +54,8 @@ def _function(name: str, source: str) -> Callable[..., Any]:
         scratch.write_bytes(source.encode())
         scratch.replace(path)
     spec = importlib.util.spec_from_file_location(f"rovernav.kernels.{name}", path)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # Numba looks there when it loads the compiled code
     spec.loader.exec_module(module)

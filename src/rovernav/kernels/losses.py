@@ -46,24 +46,21 @@ def times_slope(d: Any, o: Any, code: int) -> None:
             d[k] = zero if o[k] <= zero else d[k]
 
 
-@kernel()
-def loss_signal(z: Any, y: Any, loss: int, d: Any) -> float:
-    """Write dL/dz to the first columns of d (n, ...), and return the sum of the rows' losses.
+@kernel(inline=True)
+def loss_signal(z: Any, y: Any, loss: int, share: Any, d: Any) -> float:
+    """Write `share` times one row's dL/dz to the first elements of d, and return its loss.
 
     Softmax subtracts the row's largest logit first; the binary loss is
     max(z, 0) - y z + log(1 + e^-|z|), so neither overflows.
     """
-    total = 0.0
-    share = z.dtype.type(1.0 / z.shape[0])
-    for row in range(z.shape[0]):
-        if loss == MSE:
-            total += _squared(z[row], y[row], d[row])
-        elif loss == SOFTMAX:
-            total += _softmax(z[row], y[row], d[row])
-        else:
-            total += _binary(z[row], y[row], d[row])
-        for k in range(y.shape[1]):
-            d[row, k] *= share
+    if loss == MSE:
+        total = _squared(z, y, d)
+    elif loss == SOFTMAX:
+        total = _softmax(z, y, d)
+    else:
+        total = _binary(z, y, d)
+    for k in range(y.size):
+        d[k] *= share
     return total
 
 

@@ -27,6 +27,7 @@ from .arithmetic import fma
 VECTOR = 64
 """Bytes in a vector: the widest that processors have; narrower ones take it in parts."""
 ROWS = 4
+SLIM_ROWS = 8
 VECTORS = 4 if binding.get_host_cpu_features().get("avx512f") else 1
 """Size of a tile; its bits do not depend on it."""
 
@@ -83,6 +84,7 @@ def _tile(rows: int, vectors: int) -> Callable[..., Any]:
                 context.make_array(kind)(context, builder, array).data
                 for kind, array in zip(signature.args[:3], args[:3], strict=True)
             ]
+            builder.function.attributes.add("noinline")  # a caller's copy would only compile slowly
             where = At(*cgutils.unpack_tuple(builder, args[3], len(At._fields)))
             _Emitter(builder, c.dtype.bitwidth, pointers, where).emit(rows, vectors)
             return context.get_dummy_value()
@@ -103,7 +105,7 @@ class _Emitter:
         at: `At`, as LLVM values.
     """
 
-    def __init__(self, builder: Any, bits: int, pointers: list[Any], at: At) -> None:
+    def __init__(self, builder: Any, bits: int, pointers: list[Any], at: Any) -> None:
         self._builder = builder
         self._c, self._a, self._b = pointers
         self._at = at
@@ -189,7 +191,7 @@ def _plain_tile(rows: int, vectors: int) -> Callable[..., None]:
 
 
 _wide_tile, _wide_row = _tile(ROWS, VECTORS), _tile(1, VECTORS)
-_slim_tile, _slim_row = _tile(ROWS, 1), _tile(1, 1)
+_slim_tile, _slim_row = _tile(SLIM_ROWS, 1), _tile(1, 1)
 
 
 @kernel(inline=True)
@@ -215,20 +217,17 @@ def product(c: Any, a: Any, b: Any, at: At, rows: int, columns: int) -> None:
     """
     lanes = VECTOR // c.itemsize
     _touch(c, a, b, at, rows, columns)
-    j = 0
-    while j < columns:
-        wide = columns - j >= VECTORS * lanes
+    slim = columns - columns % (VECTORS * lanes)
+    for j in range(0, slim, VECTORS * lanes):
         for row in range(0, rows - ROWS + 1, ROWS):
-            if wide:
-                _wide_tile(c, a, b, _moved(at, row, j))
-            else:
-                _slim_tile(c, a, b, _moved(at, row, j))
+            _wide_tile(c, a, b, _moved(at, row, j))
         for row in range(rows - rows % ROWS, rows):
-            if wide:
-                _wide_row(c, a, b, _moved(at, row, j))
-            else:
-                _slim_row(c, a, b, _moved(at, row, j))
-        j += VECTORS * lanes if wide else lanes
+            _wide_row(c, a, b, _moved(at, row, j))
+    for j in range(slim, columns, lanes):
+        for row in range(0, rows - SLIM_ROWS + 1, SLIM_ROWS):
+            _slim_tile(c, a, b, _moved(at, row, j))
+        for row in range(rows - rows % SLIM_ROWS, rows):
+            _slim_row(c, a, b, _moved(at, row, j))
 
 
 @kernel(inline=True)

@@ -1,8 +1,11 @@
 """Training: pattern tables, online and mini-batch back-propagation, checkpoints, traces."""
 
+from ._batch_settings import OPTIMIZERS, SCHEDULES, BatchSettings
 from ._checkpoint import checkpointer, load_training, save_training
 from ._describe import describe
 from ._drivers import find_controller
+from ._minibatch import BatchTraining, advance_batches, train_batches
+from ._imitate import Lesson, fresh_network, mirrored, teach
 from ._online import (
     ORDERS,
     RULES,
@@ -26,38 +29,52 @@ from ._paper import (
 )
 from ._patterns import Patterns, read_patterns, shipped_patterns, shipped_tables, write_patterns
 from ._progress import Listener, Progress, StopReason
+from ._recipe import Recipe, read_recipe, recipes
 from ._trace import trace_csv, trace_text, weight_names
 
 __all__ = [
+    "OPTIMIZERS",
     "ORDERS",
     "RULES",
+    "SCHEDULES",
     "W1",
     "W2",
+    "BatchSettings",
+    "BatchTraining",
+    "Lesson",
     "Listener",
     "OnlineSettings",
     "Patterns",
     "Progress",
+    "Recipe",
     "Recorder",
     "StopReason",
     "Training",
     "WorkedExample",
     "advance",
+    "advance_batches",
     "check_fit",
     "checkpointer",
     "describe",
     "find_controller",
+    "fresh_network",
     "literal_pass",
     "load_training",
+    "mirrored",
     "paper_network",
     "paper_training",
     "progress",
     "read_patterns",
+    "read_recipe",
+    "recipes",
     "save_training",
     "shipped_patterns",
     "shipped_tables",
+    "teach",
     "trace_csv",
     "trace_text",
     "train",
+    "train_batches",
     "trained_paper_network",
     "weight_names",
     "worked_example",

@@ -7,12 +7,14 @@ import json
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
 from ..core import FileError, SettingError, canonical_json, read_bytes, sha256_of, write_atomic
 from ..nets import Card, Network
+from ._batch_settings import BatchSettings
+from ._minibatch import BatchTraining
 from ._online import OnlineSettings, Training
 from ._patterns import Patterns
 from ._progress import StopReason
@@ -22,79 +24,140 @@ VERSION = 1
 MAX_BYTES = 2_000_000_000
 _MAY_CHANGE = ("epochs", "tolerance")
 """Settings that may differ when a training is resumed: only when it stops."""
+_KINDS = {"online": "online back-propagation", "batch": "mini-batch training"}
 
 
 def save_training(
-    training: Training, settings: OnlineSettings, patterns: Patterns, path: Path
+    training: Training | BatchTraining,
+    settings: OnlineSettings | BatchSettings,
+    patterns: Patterns,
+    path: Path,
 ) -> None:
-    """Write a checkpoint: network, last changes, epoch, settings and the hash of the patterns."""
+    """Write a checkpoint: network, moments, epoch, settings and the hash of the patterns.
+
+    Args:
+        training: What to write, between two epochs.
+        settings: Its settings, of the same kind.
+        patterns: What it learns.
+        path: Where; the folder is made if needed.
+    """
     from safetensors.numpy import save
 
-    tensors = {"parameters": training.network.parameters, "deltas": training.deltas}
     header = {
         "format": FORMAT,
         "version": VERSION,
+        "kind": _kind(settings),
         "topology": list(training.network.topology),
         "activations": list(training.network.activations),
         "seed": training.network.card.seed,
         "epoch": training.epoch,
         "updates": training.updates,
         "stop": training.stop,
-        "settings": dataclasses.asdict(settings),  # pyright: ignore[reportArgumentType]
+        "settings": dataclasses.asdict(settings),
         "patterns": patterns.sha256,
     }
+    tensors = {"parameters": training.network.parameters}
+    if isinstance(training, BatchTraining):
+        tensors["moments"] = training.moments
+        tensors["losses"] = np.array([training.loss, training.validation])
+    else:
+        tensors["deltas"] = training.deltas
     header["sha256"] = _hash(header, tensors)
     plain = {name: np.ascontiguousarray(tensor) for name, tensor in tensors.items()}
     data = save(plain, {"rovernav": canonical_json(header)})
     write_atomic(path, lambda file: file.write(data) and None)
 
 
-def load_training(path: Path, settings: OnlineSettings, patterns: Patterns) -> Training:
+@overload
+def load_training(path: Path, settings: OnlineSettings, patterns: Patterns) -> Training: ...
+@overload
+def load_training(path: Path, settings: BatchSettings, patterns: Patterns) -> BatchTraining: ...
+def load_training(
+    path: Path, settings: OnlineSettings | BatchSettings, patterns: Patterns
+) -> Training | BatchTraining:
     """Read a checkpoint and check that it belongs to these settings and patterns.
 
     Raises:
         FileError: The file is missing, damaged or no checkpoint.
         SettingError: It was made with other patterns or settings; names the first that differs.
-            Only `epochs` and `tolerance` may change.
+            Only `epochs` and `tolerance` may change, and under a cosine schedule not `epochs`.
     """
     header, tensors = _open(path)
-    for name, now in dataclasses.asdict(settings).items():  # pyright: ignore[reportArgumentType]
-        then = header["settings"].get(name)
-        if name not in _MAY_CHANGE and then != now:
-            raise SettingError(
-                f"{path} was made with {name} = {then!r}, not {now!r}; resume with the same"
-            )
-    if header["patterns"] != patterns.sha256:
-        raise SettingError(f"{path} was made with another pattern table; resume with the same")
+    _check_same(path, header, settings, patterns)
     network = Network(
         topology=tuple(header["topology"]),
         activations=tuple(header["activations"]),
         parameters=tensors["parameters"],
         card=Card(inputs=patterns.inputs, outputs=patterns.outputs, seed=header["seed"]),
     )
-    stop = header["stop"]
-    return Training(
+    epoch, updates = header["epoch"], header["updates"]
+    stop = None if header["stop"] is None else StopReason(header["stop"])
+    if isinstance(settings, OnlineSettings):
+        deltas = tensors["deltas"]
+        return Training(network=network, deltas=deltas, epoch=epoch, updates=updates, stop=stop)
+    loss, validation = tensors["losses"].tolist()
+    return BatchTraining(
         network=network,
-        deltas=tensors["deltas"],
-        epoch=header["epoch"],
-        updates=header["updates"],
-        stop=None if stop is None else StopReason(stop),
+        moments=tensors["moments"],
+        epoch=epoch,
+        updates=updates,
+        loss=loss,
+        validation=validation,
+        stop=stop,
     )
 
 
+@overload
 def checkpointer(
     path: Path, settings: OnlineSettings, patterns: Patterns, *, every: float = 1.0
-) -> Callable[[Training], None]:
+) -> Callable[[Training], None]: ...
+@overload
+def checkpointer(
+    path: Path, settings: BatchSettings, patterns: Patterns, *, every: float = 1.0
+) -> Callable[[BatchTraining], None]: ...
+def checkpointer(
+    path: Path, settings: OnlineSettings | BatchSettings, patterns: Patterns, *, every: float = 1.0
+) -> Callable[[Any], None]:
     """A step listener that saves at most once in `every` seconds, and whenever a training ends."""
     last = 0.0
 
-    def save_now_and_then(training: Training) -> None:
+    def save_now_and_then(training: Training | BatchTraining) -> None:
         nonlocal last
         if training.stop is not None or time.monotonic() - last >= every:
             save_training(training, settings, patterns, path)
             last = time.monotonic()
 
     return save_now_and_then
+
+
+def _kind(settings: OnlineSettings | BatchSettings) -> str:
+    return "online" if isinstance(settings, OnlineSettings) else "batch"
+
+
+def _check_same(
+    path: Path,
+    header: dict[str, Any],
+    settings: OnlineSettings | BatchSettings,
+    patterns: Patterns,
+) -> None:
+    """Raise `SettingError` unless the checkpoint belongs to these settings and patterns."""
+    kind = header.get("kind", "online")
+    if kind != _kind(settings):
+        raise SettingError(
+            f"{path} is a checkpoint of {_KINDS.get(kind, kind)}, not of {_KINDS[_kind(settings)]}; "
+            "resume with the same"
+        )
+    may_change = _MAY_CHANGE
+    if isinstance(settings, BatchSettings) and settings.schedule != "constant":
+        may_change = ("tolerance",)  # the rates follow from the number of epochs
+    for name, now in dataclasses.asdict(settings).items():
+        then = header["settings"].get(name)
+        if name not in may_change and then != now:
+            raise SettingError(
+                f"{path} was made with {name} = {then!r}, not {now!r}; resume with the same"
+            )
+    if header["patterns"] != patterns.sha256:
+        raise SettingError(f"{path} was made with another pattern table; resume with the same")
 
 
 def _open(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -120,5 +183,6 @@ def _open(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
 def _hash(header: dict[str, Any], tensors: dict[str, Any]) -> str:
     plain = {key: item for key, item in header.items() if key != "sha256"}
-    weights = [tensors[name].tobytes() for name in ("parameters", "deltas")]
+    names = ["parameters", *sorted(tensors.keys() - {"parameters"})]
+    weights = [tensors[name].tobytes() for name in names]
     return sha256_of(canonical_json(plain).encode(), *weights)

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from importlib import resources
 from pathlib import Path
 
-from ..control import NeuralController
-from ..core import FileError, suggest
+from ..control import GoalSeeker, NeuralController, SensedPlanner
+from ..core import Controller, FileError, suggest
 from ..nets import load_network
 from ._paper import trained_paper_network
 
-NAMED = ("bassil",)
+NAMED = ("bassil", "goal-seeker", "neural", "planner")
+
+SHIPPED = "headings-v1.safetensors"
+_CLASSICAL: dict[str, Callable[[], Controller]] = {
+    "goal-seeker": GoalSeeker,
+    "planner": SensedPlanner,
+}
 
 
-def find_controller(name: str) -> NeuralController:
+def find_controller(name: str) -> Controller:
     """The controller of that name, or of that network file.
 
     Args:
-        name: ``bassil`` (the paper's network, trained on the spot) or the path of a network file.
+        name: ``bassil`` (the paper's network, trained on the spot), ``neural`` (the shipped driver,
+            learnt by imitation), ``goal-seeker`` (the baseline), ``planner`` (the neural driver's
+            teacher) or the path of a network file.
 
     Raises:
         FileError: Neither a known name nor a readable network file.
@@ -24,6 +34,11 @@ def find_controller(name: str) -> NeuralController:
     """
     if name == "bassil":
         return NeuralController(trained_paper_network())
+    if name == "neural":
+        with resources.as_file(resources.files(__package__) / "networks" / SHIPPED) as path:
+            return NeuralController(load_network(path))
+    if name in _CLASSICAL:
+        return _CLASSICAL[name]()
     path = Path(name)
     if not path.exists():
         raise FileError(

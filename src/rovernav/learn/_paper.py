@@ -116,6 +116,7 @@ def worked_example(rule: str = "paper") -> WorkedExample:
 def literal_pass(scenario: str = "bassil-v1", *, limit: int = 100_000) -> Network:
     """The paper's steps taken literally: each pattern to tolerance once, then the next.
 
+    Without momentum, for which the paper gives no value.
     It forgets what it learnt first: a negative control, and a reason to cycle.
     """
     net, patterns, settings = paper_training(scenario)
@@ -124,7 +125,7 @@ def literal_pass(scenario: str = "bassil-v1", *, limit: int = 100_000) -> Networ
         backprop.train(
             net.layers, w, v, x[None], y[None],
             backprop.OnlineSettings(
-                settings.eta, settings.momentum, backprop.PAPER, settings.tolerance, -1, 0, limit
+                settings.eta, 0.0, backprop.PAPER, settings.tolerance, -1, 0, limit
             ),
             np.empty((0, len(w))),
         )  # fmt: skip

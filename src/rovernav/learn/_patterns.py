@@ -49,7 +49,7 @@ class Patterns:
             plain = np.ascontiguousarray(getattr(self, name), dtype=np.float64)
             object.__setattr__(self, name, read_only(plain))
         rows = self.x.shape[:1]
-        wanted = (rows + (len(self.inputs),), rows + (len(self.outputs),))
+        wanted = ((*rows, len(self.inputs)), (*rows, len(self.outputs)))
         if self.x.ndim != 2 or (self.x.shape, self.y.shape) != wanted:
             raise PatternError(
                 f"patterns need x (p, {len(self.inputs)}) and y (p, {len(self.outputs)}), "
@@ -109,13 +109,13 @@ def shipped_patterns(name: str) -> Patterns:
     """
     if name not in shipped_tables():
         raise PatternError(f"there is no pattern table {name!r}; {suggest(name, shipped_tables())}")
-    with resources.as_file(resources.files(__package__) / "tables" / f"{name}.csv") as path:
+    with resources.as_file(resources.files("rovernav.learn") / "tables" / f"{name}.csv") as path:
         return read_patterns(path)
 
 
 def shipped_tables() -> list[str]:
     """Names of the pattern tables that come with the package."""
-    folder = resources.files(__package__) / "tables"
+    folder = resources.files("rovernav.learn") / "tables"
     return sorted(item.name[:-4] for item in folder.iterdir() if item.name.endswith(".csv"))
 
 

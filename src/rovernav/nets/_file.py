@@ -58,7 +58,7 @@ def save_network(network: Network, path: Path) -> str:
         raise SettingError(f"a network's card must hold plain JSON values: {error}") from None
     metadata = {"rovernav": canonical_json({**header, "sha256": digest})}
     data = save({"parameters": np.ascontiguousarray(network.parameters)}, metadata)
-    write_atomic(path, lambda file: file.write(data) and None)
+    write_atomic(path, lambda file: file.write(data))
     return digest
 
 
@@ -162,7 +162,7 @@ def _safetensors(path: Path, data: bytes) -> tuple[dict[str, str], dict[str, Flo
     ) as error:  # fmt: skip
         if isinstance(error, FileError):
             raise
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        reason = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
         raise FileError(f"{path} is not a whole safetensors file: {reason}") from None
 
 
@@ -177,6 +177,10 @@ def _check_header(path: Path, header: Any) -> None:
     for field in _FIELDS:
         if field not in header:
             raise FileError(f"{path} is damaged: its header has no field {field!r}")
+    _check_kinds(path, header)
+
+
+def _check_kinds(path: Path, header: dict[str, Any]) -> None:
     topology = header["topology"]
     if not isinstance(topology, list) or not all(type(n) is int for n in topology):
         raise FileError(f"{path}: topology must be a list of whole numbers, got {short(topology)}")

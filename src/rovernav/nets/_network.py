@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ ACTIVATIONS = {
 }
 """Activation names and their kernel codes."""
 
+MAX_LAYERS = 100
 MAX_UNITS = 100_000
 MAX_PARAMETERS = 50_000_000
 
@@ -49,7 +51,7 @@ class Network:
                 f"a {topology_text(self.topology)} network has {count} parameters, "
                 f"got an array of shape {self.parameters.shape}"
             )
-        if self.parameters.dtype not in (np.float64, np.float32):
+        if str(self.parameters.dtype) not in ("float64", "float32"):
             raise ShapeError(f"parameters must be float64 or float32, got {self.parameters.dtype}")
         self.card.check_sizes(self.topology[0], self.topology[-1])
 
@@ -63,9 +65,15 @@ class Network:
             ShapeError: A matrix does not fit the one before it.
         """
         arrays = [np.asarray(matrix, dtype=np.float64) for matrix in matrices]
-        topology = (arrays[0].shape[1] - 1, *(len(a) for a in arrays))
+        for number, array in enumerate(arrays, 1):
+            if array.ndim != 2:
+                raise ShapeError(
+                    f"matrix {number} must have two dimensions, got shape {array.shape}"
+                )
+        inputs = [a.shape[1] - 1 for a in arrays[:1]]
+        topology = (*inputs, *(len(a) for a in arrays))
         for number, (array, inputs) in enumerate(zip(arrays, topology, strict=False), 1):
-            if array.ndim != 2 or array.shape[1] != inputs + 1:
+            if array.shape[1] != inputs + 1:
                 raise ShapeError(
                     f"matrix {number} must have {inputs + 1} columns ({inputs} inputs and a bias), "
                     f"got shape {array.shape}"
@@ -73,7 +81,7 @@ class Network:
         return cls(
             topology=topology,
             activations=tuple(activations),
-            parameters=np.concatenate([a.ravel() for a in arrays]),
+            parameters=np.concatenate([np.empty(0), *(a.ravel() for a in arrays)]),
             card=card or Card(),
         )
 
@@ -94,7 +102,7 @@ class Network:
         check_topology(topology)
         layers = [
             rng.uniform(-1.0, 1.0, units * (inputs + 1)) / np.sqrt(inputs)
-            for inputs, units in zip(topology[:-1], topology[1:], strict=True)
+            for inputs, units in pairwise(topology)
         ]
         return cls(
             topology=topology,
@@ -184,7 +192,7 @@ def topology_text(topology: tuple[int, ...]) -> str:
 
 def parameter_count(topology: tuple[int, ...]) -> int:
     """Weights and biases of a network."""
-    return sum(u * (i + 1) for i, u in zip(topology[:-1], topology[1:], strict=True))
+    return sum(u * (i + 1) for i, u in pairwise(topology))
 
 
 def default_activations(topology: tuple[int, ...], hidden: str = "sigmoid") -> tuple[str, ...]:
@@ -195,10 +203,10 @@ def default_activations(topology: tuple[int, ...], hidden: str = "sigmoid") -> t
 def check_topology(topology: tuple[int, ...]) -> None:
     """Raise `SettingError` unless `topology` can be a network."""
     text = topology_text(topology)[:60]
-    if not all(isinstance(units, int) for units in topology):
-        raise SettingError(f"units are whole numbers, got {text!r}")
     if len(topology) < 2:
         raise SettingError(f"a network needs at least inputs and outputs, like 2-2, got {text!r}")
+    if len(topology) > MAX_LAYERS + 1:
+        raise SettingError(f"a network may have {MAX_LAYERS} layers, got {len(topology) - 1}")
     if min(topology) < 1 or max(topology) > MAX_UNITS:
         raise SettingError(f"each layer needs 1 to {MAX_UNITS:,} units, got {text!r}")
     if parameter_count(topology) > MAX_PARAMETERS:

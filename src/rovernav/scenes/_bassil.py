@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..core import F64, Mission, SettingError, suggest, value
-from ..sim import ClearSight, OffLine, TwoAxis, Worlds
+from ..core import F64, Controller, Mapper, Mission, Motion, Sensor, SettingError, suggest, value
+from ..sim import ClearSight, Drive, OffLine, TwoAxis, Worlds
 
 A = (0.0, 0.0)
 B = (11.73, 0.0)
@@ -30,15 +30,29 @@ class Scene:
         mission: Starts and goals.
         sensors: What the rover carries.
         motion: How it moves.
+        mapper: Keeps what it sensed, if anything does.
         note: One sentence on what is the paper's and what is ours.
     """
 
     name: str
     worlds: Worlds
     mission: Mission
-    sensors: tuple[ClearSight | OffLine, ...]
-    motion: TwoAxis
+    sensors: tuple[Sensor, ...]
+    motion: Motion
+    mapper: Mapper | None = None
     note: str = ""
+
+
+    def drive(self, controller: Controller) -> Drive:
+        """The scene with somebody at the wheel."""
+        return Drive(
+            worlds=self.worlds,
+            mission=self.mission,
+            sensors=self.sensors,
+            controller=controller,
+            motion=self.motion,
+            mapper=self.mapper,
+        )
 
 
 def bassil_scene(name: str = "bassil-v1", *, obstacle: str = "paper") -> Scene:

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import math
 
-from ..core import Mission, SettingError, value
+from ..core import U8, Mapper, Mission, Motion, Sensor, SettingError, value
+from ..mapping import LocalMapper
 from ..rover import Reason, Rover, Standing, standing
-from ..sim import ClearSight, Grid, OffLine, TwoAxis, Worlds
+from ..sim import ClearSight, DifferentialDrive, Grid, OffLine, RangeFan, TwoAxis, Worlds
 from ..terrain import Terrain
 from ._bassil import Scene
 
 PATIENCE = 5.0
 """A drive may last this many times as long as the straight line would take."""
+GOAL_RADIUS = 0.5
+"""A differential rover within this distance has reached its goal [m]."""
+REACH, REACH_CELLS = 6.0, 20.0
+"""Reach of the range fan [m], and at least as many cells of the terrain."""
 FRAMES = ("crs", "local", "pixel")
 
 
@@ -44,7 +49,7 @@ def ground_scene(
 
     Args:
         terrain: The ground.
-        rover: Who drives; it must be a two-axis rover, which carries the paper's two sensors.
+        rover: Who drives; `equip` says what it carries.
         start: Local x, y [m].
         goal: Local x, y [m].
         time_limit: Seconds [s]; five times the straight line where not given.
@@ -55,21 +60,53 @@ def ground_scene(
     where = standing(terrain, rover)
     for name, point in (("start", start), ("goal", goal)):
         _check_point(name, point, where, rover)
-    step = rover.step
-    if rover.drive != "two-axis":
-        raise SettingError(f"rover {rover.name}: only two-axis rovers can drive yet")
-    motion = TwoAxis(period=1.0)
+    sensors, mapper, motion, pace = equip(rover, terrain.frame.cell)
     straight = math.dist(start, goal)
-    limit = max(60.0, PATIENCE * straight / step) if time_limit is None else time_limit
+    limit = max(60.0, PATIENCE * straight / pace) if time_limit is None else time_limit
+    radius = 1e-9 if rover.drive == "two-axis" else max(GOAL_RADIUS, 0.25 * terrain.frame.cell)
+    blocked = where.blocked if rover.drive == "two-axis" else fenced(where.blocked)
     scene = Scene(
         name=terrain.name,
-        worlds=Worlds.single(grid=Grid(frame=terrain.frame, blocked=where.blocked)),
-        mission=Mission.between(start, goal, goal_radius=1e-9, time_limit=limit),
-        sensors=(ClearSight(), OffLine(step / 2)),
+        worlds=Worlds.single(grid=Grid(frame=terrain.frame, blocked=blocked)),
+        mission=Mission.between(start, goal, goal_radius=radius, time_limit=limit),
+        sensors=sensors,
         motion=motion,
+        mapper=mapper,
         note="Obstacles are the places where the rover cannot stand; nobody drew them.",
     )
     return Ground(scene=scene, terrain=terrain, rover=rover, standing=where)
+
+
+def fenced(blocked: U8) -> U8:
+    """The same ground with the outermost cells forbidden: nothing is known beyond the map."""
+    out = blocked.copy()
+    out[[0, -1], :] = 1
+    out[:, [0, -1]] = 1
+    return out
+
+
+def equip(
+    rover: Rover, cell: float, *, period: float = 1.0
+) -> tuple[tuple[Sensor, ...], Mapper | None, Motion, float]:
+    """What a rover carries on ground with cells of `cell` metres.
+
+    A two-axis rover carries the paper's two sensors and decides once a second. A differential
+    rover carries an idealised range fan and a local map of what the fan met; the fan reaches 6 m,
+    or 20 cells where the terrain is coarse, because a rover cannot steer by less.
+
+    Args:
+        rover: Who drives.
+        cell: Cell of the terrain [m].
+        period: Time between two decisions of a differential rover [s].
+
+    Returns:
+        Sensors, mapper, motion, and the pace on free ground [m/s].
+    """
+    if rover.drive == "two-axis":
+        return (ClearSight(), OffLine(rover.step / 2)), None, TwoAxis(period=1.0), rover.step
+    fan = RangeFan(reach=max(REACH, REACH_CELLS * cell))
+    motion = DifferentialDrive(speed=rover.speed, turn_rate=rover.turn_rate, period=period)
+    return (fan,), LocalMapper(fan.angles, reach=fan.reach), motion, rover.speed
 
 
 def to_local(

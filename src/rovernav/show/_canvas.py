@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from .._version import __version__
 from ..core import write_atomic
@@ -49,12 +49,12 @@ def picture(path: Path, size: tuple[float, float], draw: Callable[[Figure], None
     from matplotlib.figure import Figure
 
     data = io.BytesIO()
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(cast(Any, STYLE)):
         figure = Figure(figsize=size, dpi=DPI, facecolor="white")
         canvas = FigureCanvasAgg(figure)
         draw(figure)
         canvas.print_png(data, metadata={"Software": f"rovernav {__version__}"})
-    write_atomic(path, lambda file: file.write(data.getvalue()) and None)
+    write_atomic(path, lambda file: cast(None, file.write(data.getvalue())))
     return path
 
 

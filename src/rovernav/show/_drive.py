@@ -58,7 +58,6 @@ def draw_drive(
         InputError: The trace kept no path.
         ShapeError: Points or forbidden ground of another shape than the terrain's.
     """
-
     driven = path_of(trace)
     if sensed is not None and (sensed.ndim != 2 or sensed.shape[1] != 2):
         raise ShapeError(f"sensed points must have shape (m, 2), got {sensed.shape}")
@@ -109,13 +108,22 @@ def _path(axes: Axes, trace: Trace, driven: F64, sensed: F64 | None) -> Any:
     time = trace.time[: len(driven), 0]
     line = LineCollection(
         list(np.stack([driven[:-1], driven[1:]], axis=1)),
-        cmap="viridis", lw=2.4, zorder=6, capstyle="round", array=time[1:],
+        cmap="viridis", lw=2.4, zorder=6, capstyle="round", array=(time[:-1] + time[1:]) / 2.0,
     )  # fmt: skip
     line.set_clim(0.0, max(float(time[-1]), 1e-9))
     axes.add_collection(line)
     axes.add_patch(Circle(tuple(goal), trace.mission.goal_radius, fill=False, ls=":", zorder=4))
     axes.plot(*start, "o", color="white", mec="black", mew=1.5, ms=10, zorder=7, label="start")
-    axes.plot(*goal, "*", color="white", mec="black", mew=1.2, ms=17, zorder=7, label="goal")
+    axes.plot(
+        *goal,
+        "*",
+        color="white",
+        mec="black",
+        mew=1.2,
+        ms=17,
+        zorder=7,
+        label="goal; dotted: near enough",
+    )
     axes.plot(
         *driven[-1], end_marker(ended), color=end_colour(ended), mec="black", mew=1.0,
         ms=8 if end_marker(ended) == "o" else 12, zorder=8, label=f"end: {end_words(ended)}",

@@ -116,7 +116,7 @@ def _scene(axes: Axes, trace: Trace, scene: Scene) -> None:
     axes.plot(*np.stack([start, goal]).T, "--", color=INK, lw=1, label="direct line A–B", zorder=2)
     for name, at in (("A", start), ("B", goal)):
         axes.annotate(
-            name, at, (-15 if name == "A" else 15, 0), textcoords="offset points",
+            name, (at[0], at[1]), (-15 if name == "A" else 15, 0), textcoords="offset points",
             fontsize=14, fontweight="bold", ha="center", va="center",
         )  # fmt: skip
 
@@ -142,7 +142,7 @@ def _numbers(axes: Axes, driven: F64) -> None:
     for i, (a, here, b) in enumerate(zip(before, driven[1:], after, strict=True), 1):
         length = float(np.hypot(*(b - a)))
         if np.hypot(*(here - a)) > 0.3 and length > 0.0:
-            left = 15.0 * np.array([a[1] - b[1], b[0] - a[0]]) / length
+            left = (15.0 * (a[1] - b[1]) / length, 15.0 * (b[0] - a[0]) / length)
             axes.annotate(
                 str(i), here, left, textcoords="offset points",
                 fontsize=7.5, color="#555555", ha="center", va="center",

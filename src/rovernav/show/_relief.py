@@ -69,7 +69,7 @@ def piece_of(terrain: Terrain, window: Window | None = None) -> Piece:
     x0, y0 = columns.start * cell, rows.start * cell
     extent = (x0, x0 + frame.extent[0], y0, y0 + frame.extent[1])
     return Piece(
-        height=height + terrain.offset,
+        height=height.astype(np.float64) + terrain.offset,
         shade=hillshade(part),
         extent=extent,
         rows=rows,

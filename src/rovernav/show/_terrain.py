@@ -48,7 +48,7 @@ def draw_terrain(
         if legend:
             figure.legend(
                 handles=legend, loc="upper left", bbox_to_anchor=(0.722, 0.77), frameon=False,
-                title="The rover must keep off", alignment="left", labelspacing=0.75,
+                title="Where the rover can stand", alignment="left", labelspacing=0.75,
             )  # fmt: skip
         colour_bar(figure, (0.735, 0.125, 0.24, 0.02), tint, "elevation [m]")
         footer(figure, origin_words(terrain))
@@ -70,11 +70,14 @@ def _facts(terrain: Terrain) -> str:
 
 
 def _legend(reasons: list[Reason], standing: Standing) -> list[Any]:
+    from matplotlib.patches import Patch
+
     share = standing.share_by_reason()
     handles = forbidden_legend(reasons)
     for why, handle in zip(reasons, handles, strict=True):
         handle.set_label(f"{_percent(share[why.name.lower()])}  {WHY[why][2]}")
-    return handles
+    free = f"{_percent(share['free'])}  free to drive"
+    return [Patch(facecolor="#b9b9b9", edgecolor="#888888", label=free), *handles]
 
 
 def _percent(share: float) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -68,7 +68,7 @@ def _curves(axes: Axes, curve: Sequence[Progress], outputs: int | None) -> None:
     epochs = np.array([event.epoch for event in curve])
     worst = _positive([event.worst for event in curve])
     loss = _positive([event.loss for event in curve])
-    dots = {"marker": "o", "ms": 3.5} if len(curve) < 30 else {}
+    dots: dict[str, Any] = {"marker": "o", "ms": 3.5} if len(curve) < 30 else {}
     if np.isfinite(worst).any():
         axes.plot(epochs, worst, color=BLUE, lw=1.8, label=_WORST, **dots)
     if outputs:

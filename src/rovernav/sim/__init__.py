@@ -1,7 +1,9 @@
 """The simulator: worlds, sensors, motion, one loop, and the trace it leaves."""
 
+from ._check import check_sensor
+from ._fan import RangeFan
 from ._metrics import clearance, path_length
-from ._motion import TwoAxis
+from ._motion import DifferentialDrive, TwoAxis
 from ._sensors import ClearSight, OffLine
 from ._simulate import Drive, DriveState, begin, simulate, tick
 from ._trace import Trace, load_trace, save_trace
@@ -9,14 +11,17 @@ from ._world import Grid, Worlds
 
 __all__ = [
     "ClearSight",
+    "DifferentialDrive",
     "Drive",
     "DriveState",
     "Grid",
     "OffLine",
+    "RangeFan",
     "Trace",
     "TwoAxis",
     "Worlds",
     "begin",
+    "check_sensor",
     "clearance",
     "load_trace",
     "path_length",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from ..core import F64
@@ -29,7 +31,7 @@ def clearance(path: F64, worlds: Worlds, k: int = 0) -> float:
     world = int(worlds.of[k])
     boxes = worlds.boxes[worlds.offsets[world] : worlds.offsets[world + 1]]
     best = np.inf
-    for a, b in zip(points[:-1], points[1:], strict=True):
+    for a, b in pairwise(points):
         for box in boxes:
             best = min(best, geometry.segment_box(a[0], a[1], b[0], b[1], box))
     if worlds.grid is not None:
@@ -45,9 +47,9 @@ def _to_grid(points: F64, grid: Grid) -> float:
         return float("inf")
     cell = grid.frame.cell
     cells = points / cell
-    far = distance_transform_edt(grid.blocked == 0)
-    rows = np.clip(cells[:-1, 1].astype(int), 0, grid.blocked.shape[0] - 1)
-    columns = np.clip(cells[:-1, 0].astype(int), 0, grid.blocked.shape[1] - 1)
+    far = np.asarray(distance_transform_edt(grid.blocked == 0))
+    rows = np.clip(cells[:-1, 1], 0, grid.blocked.shape[0] - 1).astype(int)
+    columns = np.clip(cells[:-1, 0], 0, grid.blocked.shape[1] - 1).astype(int)
     outside = np.hypot(cells[:-1, 0] - columns, cells[:-1, 1] - rows)
     reach = far[rows, columns] + outside + np.hypot(*np.diff(cells, axis=0).T) + 2.0
     out = np.empty(len(cells) - 1)

@@ -38,5 +38,40 @@ class TwoAxis:
         )
 
 
+@final
+class DifferentialDrive:
+    """Two driven sides: forward speed and turn rate, within the rover's limits.
+
+    A command is limited to `speed` and `turn_rate` and then followed exactly for one period, along
+    an arc. Sideways speed is ignored: such a rover has none.
+
+    Args:
+        speed: Top speed [m/s].
+        turn_rate: Top turn rate [rad/s].
+        period: Time between two decisions [s].
+    """
+
+    def __init__(self, *, speed: float, turn_rate: float, period: float = 0.5) -> None:
+        for what, number in (("speed", speed), ("turn rate", turn_rate), ("period", period)):
+            if not (np.isfinite(number) and number > 0):
+                raise SettingError(f"a differential drive needs a {what} above 0, got {number!r}")
+        self.speed, self.turn_rate = float(speed), float(turn_rate)
+        self.period = float(period)
+
+    def step(self, state: RoverState, command: Command) -> RoverState:
+        """The state one period later, obstacles not yet considered."""
+        pose, twist = np.empty_like(state.pose), np.empty_like(state.pose)
+        kernels.differential(
+            state.pose, command.twist, self.speed, self.turn_rate, self.period, pose, twist
+        )
+        return RoverState(
+            time=state.time + self.period,
+            pose=pose,
+            twist=twist,
+            odometry=state.odometry + _moved(state.pose, pose),
+            outcome=state.outcome,
+        )
+
+
 def _moved(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     return np.hypot(after[:, 0] - before[:, 0], after[:, 1] - before[:, 1])

@@ -10,6 +10,7 @@ import numpy as np
 from ..core import (
     Command,
     Controller,
+    Mapper,
     Memory,
     Mission,
     Motion,
@@ -17,6 +18,7 @@ from ..core import (
     Outcome,
     RoverState,
     Sensor,
+    SettingError,
     ShapeError,
     value,
 )
@@ -38,6 +40,7 @@ class Drive:
         sensors: Read in this order at every step.
         controller: Sees observations alone.
         motion: Moves the rovers.
+        mapper: Keeps what was sensed, if anything does.
     """
 
     worlds: Worlds
@@ -45,6 +48,7 @@ class Drive:
     sensors: Sequence[Sensor]
     controller: Controller
     motion: Motion
+    mapper: Mapper | None = None
 
     def _check(self) -> None:
         if len(self.worlds.of) != len(self.mission.start):
@@ -52,6 +56,9 @@ class Drive:
                 f"{len(self.mission.start)} missions need as many rovers in worlds, "
                 f"got {len(self.worlds.of)}"
             )
+        names = [sensor.name for sensor in self.sensors]
+        if len(set(names)) < len(names):
+            raise SettingError(f"each sensor needs a name of its own, got {', '.join(names)}")
 
 
 @value
@@ -62,6 +69,7 @@ class DriveState:
         rovers: What the rovers do.
         sensors: Memory of each sensor.
         controller: Memory of the controller.
+        mapper: What was sensed so far; None without a mapper.
         observation: What was last sensed; None before the first step.
         command: What was last commanded; None before the first step.
     """
@@ -69,6 +77,7 @@ class DriveState:
     rovers: RoverState
     sensors: tuple[Memory, ...]
     controller: Memory
+    mapper: Memory = None
     observation: Observation | None = None
     command: Command | None = None
 
@@ -81,37 +90,45 @@ def begin(drive: Drive, rng: np.random.Generator) -> DriveState:
     """All rovers at their starts; those already in an obstacle or at the goal have ended."""
     mission = drive.mission
     rovers = RoverState.at_start(mission)
-    outcome = _ends(drive, rovers, rovers.pose, np.zeros(len(rovers.pose), bool))
+    hit = _contacts(drive, rovers.pose, rovers.pose) <= 1.0
+    outcome = _ends(drive, rovers, hit=hit, lost=np.zeros(len(hit), bool))
     return DriveState(
         rovers=_with(rovers, outcome=outcome),
         sensors=tuple(sensor.start(mission, rng) for sensor in drive.sensors),
         controller=drive.controller.start(mission, rng),
+        mapper=None if drive.mapper is None else drive.mapper.start(mission),
     )
 
 
 def tick(drive: Drive, state: DriveState) -> DriveState:
-    """One step of every rover that still drives: sense, decide, move, meet. Others stay frozen."""
+    """One step of every rover that still drives: sense, decide, move, meet. Others stay frozen.
+
+    A step that meets something ends where it meets it. A step to nowhere (a pose that is not
+    finite) moves nothing and ends as `Outcome.LEFT_MAP`.
+    """
     rovers = state.rovers
-    observation, sensors = _observe(drive, state)
+    observation, sensors, remembered = _observe(drive, state)
     command, memory = drive.controller.act(observation, state.controller)
+    _need_rows(command.twist, rovers, "commands", 3)
     moved = drive.motion.step(rovers, command)
-    contact = np.empty(len(rovers.pose))
-    kernels.contacts(rovers.pose, moved.pose, drive.worlds.arrays(), contact)
+    lost = np.logical_not(np.isfinite(moved.pose).all(axis=1))
+    pose = np.where((rovers.driving & ~lost)[:, None], moved.pose, rovers.pose)
+    contact = _contacts(drive, rovers.pose, pose)
     hit = contact <= 1.0
-    pose = np.where(hit[:, None], _at_contact(rovers.pose, moved.pose, contact), moved.pose)
-    driving = rovers.driving
+    pose = np.where(hit[:, None], _at_contact(rovers.pose, pose, contact), pose)
     after = RoverState(
-        time=np.where(driving, moved.time, rovers.time),
-        pose=np.where(driving[:, None], pose, rovers.pose),
-        twist=np.where(driving[:, None], moved.twist, 0.0),
-        odometry=np.where(driving, rovers.odometry + _length(rovers.pose, pose), rovers.odometry),
+        time=np.where(rovers.driving, moved.time, rovers.time),
+        pose=pose,
+        twist=moved.twist,
+        odometry=rovers.odometry + _length(rovers.pose, pose),
         outcome=rovers.outcome,
     )
-    ended = _ends(drive, after, pose, hit)
+    outcome = np.where(rovers.driving, _ends(drive, after, hit=hit, lost=lost), rovers.outcome)
     return DriveState(
-        rovers=_with(after, outcome=np.where(driving, ended, rovers.outcome).astype(np.int8)),
+        rovers=_with(after, outcome=outcome.astype(np.int8)),
         sensors=sensors,
         controller=memory,
+        mapper=remembered,
         observation=observation,
         command=command,
     )
@@ -149,30 +166,50 @@ def simulate(
     return builder.finish(drive.mission, state.rovers, seed=seed, settings=dict(settings or {}))
 
 
-def _observe(drive: Drive, state: DriveState) -> tuple[Observation, tuple[Memory, ...]]:
+def _observe(drive: Drive, state: DriveState) -> tuple[Observation, tuple[Memory, ...], Memory]:
+    """What every rover knows now, and the memories of sensors and mapper after it."""
     channels: dict[str, Any] = {}
     memories: list[Memory] = []
     for sensor, memory in zip(drive.sensors, state.sensors, strict=True):
-        channels[sensor.name], after = sensor.read(drive.worlds, state.rovers, memory)
+        reading, after = sensor.read(drive.worlds, state.rovers, memory)
+        _need_rows(reading, state.rovers, f"readings of the sensor {sensor.name!r}")
+        channels[sensor.name] = reading
         memories.append(after)
-    goal = np.empty((len(state.rovers.pose), 2))
-    kernels.goal_in_body(state.rovers.pose, drive.mission.goal, goal)
-    seen = Observation(goal=goal, twist=state.rovers.twist, channels=channels)
-    return seen, tuple(memories)
+    pose, remembered = state.rovers.pose, state.mapper
+    if drive.mapper is not None:
+        more, remembered = drive.mapper.update(remembered, pose, drive.mission.goal, channels)
+        channels.update(more)
+    goal = np.empty((len(pose), 2))
+    kernels.goal_in_body(pose, drive.mission.goal, goal)
+    seen = Observation(goal=goal, twist=state.rovers.twist, channels=channels, map=remembered)
+    return seen, tuple(memories), remembered
 
 
-def _ends(drive: Drive, rovers: RoverState, pose: np.ndarray, hit: np.ndarray) -> np.ndarray:
-    """How each rover ends at this pose, first reason first; DRIVING where it goes on."""
-    goal, bounds = drive.mission.goal, drive.worlds.bounds[drive.worlds.of]
-    here = pose[:, :2]
-    reached = _length(pose, goal) <= drive.mission.goal_radius
-    left = ((here < bounds[:, :2]) | (here > bounds[:, 2:])).any(axis=1) | ~np.isfinite(here).all(1)
+def _need_rows(array: Any, rovers: RoverState, what: str, columns: int | None = None) -> None:
+    """Kernels read rows without looking: there must be one for each rover."""
+    n = len(rovers.pose)
+    if array.ndim != 2 or len(array) != n or array.shape[1] != (columns or array.shape[1]):
+        raise ShapeError(f"{what} must have shape ({n}, {columns or 'b'}), got {array.shape}")
+
+
+def _contacts(drive: Drive, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Share t of each rover's step at which it first meets something, above 1 if it does not."""
+    out = np.empty(len(before))
+    kernels.contacts(before, after, drive.worlds.arrays(), out)
+    return out
+
+
+def _ends(drive: Drive, rovers: RoverState, *, hit: np.ndarray, lost: np.ndarray) -> np.ndarray:
+    """How each rover ends at its pose, the last reason here first; DRIVING where it goes on."""
+    bounds, here = drive.worlds.bounds[drive.worlds.of], rovers.pose[:, :2]
+    reached = _length(rovers.pose, drive.mission.goal) <= drive.mission.goal_radius
+    outside = ((here < bounds[:, :2]) | (here > bounds[:, 2:])).any(axis=1)
     late = rovers.time >= drive.mission.time_limit - SLACK
-    outcome = np.full(len(pose), Outcome.DRIVING, np.int8)
+    outcome = np.full(len(here), Outcome.DRIVING, np.int8)
     for ends, how in (
         (late, Outcome.TIMED_OUT),
         (reached, Outcome.REACHED),
-        (left, Outcome.LEFT_MAP),
+        (outside | lost, Outcome.LEFT_MAP),
         (hit, Outcome.COLLIDED),
     ):
         outcome[ends] = how
@@ -189,10 +226,11 @@ def _length(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _with(rovers: RoverState, *, outcome: np.ndarray) -> RoverState:
+    """The rovers with these ends; those that ended stand still."""
     return RoverState(
         time=rovers.time,
         pose=rovers.pose,
-        twist=rovers.twist,
+        twist=np.where((outcome == Outcome.DRIVING)[:, None], rovers.twist, 0.0),
         odometry=rovers.odometry,
         outcome=outcome,
     )

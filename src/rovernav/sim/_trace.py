@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -22,6 +21,7 @@ from ..core import (
     Mission,
     Observation,
     Outcome,
+    RovernavError,
     RoverState,
     SettingError,
     canonical_json,
@@ -36,6 +36,14 @@ FORMAT = "rovernav-trace"
 VERSION = 1
 MAX_BYTES = 4_000_000_000
 RECORDS = ("all", "path", "none")
+_HEADER: dict[str, Any] = {
+    "rovernav": str,
+    "seed": int,
+    "settings": dict,
+    "goal_radius": (int, float),
+    "time_limit": (int, float),
+    "channels": list,
+}
 
 
 @value
@@ -136,7 +144,12 @@ class TraceBuilder:
 
 
 def save_trace(trace: Trace, path: Path) -> None:
-    """Write a trace as ``.npz`` with a JSON header, atomically; nothing is lost."""
+    """Write a trace as ``.npz`` with a JSON header, atomically; nothing is lost.
+
+    Raises:
+        SettingError: The trace's settings are not plain data.
+        FileError: The file cannot be written.
+    """
     header = {
         "format": FORMAT,
         "version": VERSION,
@@ -148,8 +161,12 @@ def save_trace(trace: Trace, path: Path) -> None:
         "channels": sorted(trace.channels),
         "units": {"time": "s", "pose": ["m", "m", "rad"], "commands": ["m/s", "m/s", "rad/s"]},
     }
+    try:
+        text = canonical_json(header)
+    except (TypeError, ValueError) as error:
+        raise SettingError(f"the settings of a trace must be plain data: {error}") from None
     arrays: dict[str, Any] = {
-        "header": np.frombuffer(canonical_json(header).encode(), np.uint8),
+        "header": np.frombuffer(text.encode(), np.uint8),
         "time": trace.time,
         "pose": trace.pose,
         "commands": trace.commands,
@@ -171,22 +188,63 @@ def load_trace(path: Path) -> Trace:
     Raises:
         FileError: Missing, damaged, foreign or of another version.
     """
-    data = read_bytes(path, limit=MAX_BYTES, what="trace")
-    try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        header = json.loads(arrays.pop("header").tobytes())
-    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile, AttributeError):
-        raise FileError(f"{path} is not a trace, or is damaged") from None
-    if (header.get("format"), header.get("version")) != (FORMAT, VERSION):
-        raise FileError(
-            f"{path}: format must be {FORMAT!r} version {VERSION}, got "
-            f"{header.get('format')!r} version {header.get('version')!r}"
-        )
+    header, arrays = _open(path, read_bytes(path, limit=MAX_BYTES, what="trace"))
+    for field, kind in _HEADER.items():
+        if not isinstance(header.get(field), kind):
+            raise FileError(f"{path} is damaged: its header has no usable {field!r}")
+    _check_arrays(path, header["channels"], arrays)
     try:
         return _from_arrays(header, arrays)
-    except KeyError as error:
-        raise FileError(f"{path} is damaged: it has no {error.args[0]!r}") from None
+    except RovernavError as error:
+        raise FileError(f"{path} is damaged: {error}") from None
+
+
+def _open(path: Path, data: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            if sum(member.file_size for member in file.zip.infolist()) > MAX_BYTES:
+                raise FileError("unpacked, it is too large")
+            arrays = {name: file[name] for name in file.files}
+        header = json.loads(arrays.pop("header").tobytes())
+        kind = header.get("format"), header.get("version")
+    except Exception:  # zip, zlib, NumPy and JSON each have errors of their own for damage
+        raise FileError(f"{path} is not a trace, or is damaged") from None
+    if kind != (FORMAT, VERSION):
+        raise FileError(
+            f"{path}: format must be {FORMAT!r} version {VERSION}, got "
+            f"{kind[0]!r} version {kind[1]!r}"
+        )
+    return header, arrays
+
+
+def _check_arrays(path: Path, channels: list[str], arrays: dict[str, Any]) -> None:
+    """Raise `FileError` unless every array is there with its dtype and shape."""
+    rows, n, steps = (
+        len(np.atleast_1d(arrays.get(name, ()))) for name in ("time", "outcome", "commands")
+    )
+    wanted: dict[str, tuple[Any, tuple[int, ...]]] = {
+        "time": (np.float64, (rows, n)),
+        "pose": (np.float64, (rows, n, 3)),
+        "commands": (np.float64, (steps, n, 3)),
+        "start": (np.float64, (n, 3)),
+        "goal": (np.float64, (n, 2)),
+        "outcome": (np.int8, (n,)),
+        "steps": (np.int64, (n,)),
+        "length": (np.float64, (n,)),
+        **{f"channel:{name}": (np.float64, (steps, n, -1)) for name in channels},
+    }
+    for name, (dtype, shape) in wanted.items():
+        got = arrays.get(name)
+        if got is None:
+            raise FileError(f"{path} is damaged: it has no {name!r}")
+        same = all(a in (b, -1) for a, b in zip(shape, got.shape, strict=False))
+        if got.dtype != dtype or got.ndim != len(shape) or not same:
+            raise FileError(
+                f"{path} is damaged: {name} must be {np.dtype(dtype)} {shape}, "
+                f"got {got.dtype} {got.shape}"
+            )
+    if not np.isin(arrays["outcome"], list(Outcome)).all() or (arrays["steps"] < 0).any():
+        raise FileError(f"{path} is damaged: an outcome or a number of steps is impossible")
 
 
 def _from_arrays(header: dict[str, Any], arrays: dict[str, Any]) -> Trace:

@@ -53,10 +53,14 @@ class Worlds:
             raise ShapeError(f"boxes must have shape (m, 4), got {self.boxes.shape}")
         if (self.boxes[:, :2] > self.boxes[:, 2:]).any() or not np.isfinite(self.boxes).all():
             raise ShapeError("a box needs finite x0 <= x1 and y0 <= y1")
-        worlds = len(self.offsets) - 1
+        ends, worlds = self.offsets, len(self.offsets) - 1
+        if worlds < 0 or ends[0] != 0 or ends[-1] != len(self.boxes) or (np.diff(ends) < 0).any():
+            raise ShapeError(f"`offsets` must rise from 0 to the {len(self.boxes)} boxes")
         if self.bounds.shape != (worlds, 4):
             raise ShapeError(f"{worlds} worlds need bounds ({worlds}, 4), got {self.bounds.shape}")
-        if len(self.of) and not (0 <= self.of.min() and self.of.max() < worlds):
+        if not (self.bounds[:, :2] <= self.bounds[:, 2:]).all():
+            raise ShapeError("an edge needs x0 <= x1 and y0 <= y1")
+        if len(self.of) and (self.of.min() < 0 or self.of.max() >= worlds):
             raise ShapeError(f"`of` must name worlds 0 to {worlds - 1}")
 
     @classmethod

@@ -1,0 +1,48 @@
+"""A fan of range beams: an idealised sensor, exact and without noise."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+import numpy as np
+
+from ..core import F64, Mission, RoverState, SettingError
+from ..kernels import fan as kernels
+from ._world import Worlds
+
+
+@final
+class RangeFan:
+    """Distance to the nearest obstacle or ground that cannot be stood on, beam by beam.
+
+    Idealised: exact, without noise, and it tells ground that is too steep from ground that is not
+    as if it were a wall. Beams spread evenly from right to left.
+
+    Args:
+        reach: Longest distance it sees [m]; such a reading met nothing.
+        beams: How many.
+        view: Angle between the outermost beams [rad].
+    """
+
+    name = "beams"
+
+    def __init__(self, *, reach: float, beams: int = 49, view: float = math.pi) -> None:
+        if not (math.isfinite(reach) and reach > 0):
+            raise SettingError(f"a fan must reach farther than 0 m, got {reach!r}")
+        if not 3 <= beams <= 4096:
+            raise SettingError(f"a fan has 3 to 4096 beams, got {beams!r}")
+        if not 0 < view <= 2 * math.pi:
+            raise SettingError(f"a fan spans more than 0 and at most 360 deg, got {view!r} rad")
+        self.reach = float(reach)
+        self.angles: F64 = np.linspace(-view / 2, view / 2, beams)
+
+    def start(self, mission: Mission, rng: np.random.Generator) -> None:
+        """Nothing to remember."""
+        return
+
+    def read(self, world: Worlds, state: RoverState, memory: None) -> tuple[F64, None]:
+        """Distances (n, beams) [m], at most `reach`."""
+        out = np.empty((len(state.pose), len(self.angles)))
+        kernels.range_fan(state.pose, self.angles, self.reach, world.arrays(), out)
+        return out, None
