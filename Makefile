@@ -5,7 +5,7 @@ FOUND = $(firstword $(foreach name,python3 python3.11 python3.12 python3.13 pyth
 PYTHON ?= $(FOUND)
 BIN := .venv/bin
 WORKERS ?= auto
-PYTEST = $(BIN)/python -m pytest -q --numprocesses $(WORKERS) --maxprocesses 8 --dist loadgroup
+PYTEST = $(BIN)/python -m pytest --numprocesses $(WORKERS) --maxprocesses 8 --dist loadgroup
 LANE_CACHE := build/boundscheck
 
 .DEFAULT_GOAL := help
@@ -39,8 +39,8 @@ long: setup ## all that takes minutes: oracles, fuzz, soaks, kernels without JIT
 demo: setup ## a whole drive, from an elevation model to pictures in demo/
 	@$(BIN)/rovernav demo --out demo
 
-bench: setup ## the benchmark suite; more with ARGS="..."
-	@$(BIN)/rovernav bench $(ARGS)
+bench: setup ## speed beside peers; ARGS=--setup installs the peers first
+	@$(BIN)/python benchmarks/run.py $(ARGS)
 
 wheel: setup ## an installable file in dist/
 	@$(BIN)/python -m build --wheel --no-isolation --outdir dist .

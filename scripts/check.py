@@ -13,13 +13,15 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 BIN = Path(sys.executable).parent
-PYTHON_FOLDERS = ("src", "tests", "scripts")
-PROSE = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "Makefile", "pyproject.toml", "docs")
+SPELLED = (
+    *("src", "tests", "scripts", "benchmarks", "docs"),
+    *("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "Makefile", "pyproject.toml"),
+)
 
 CHECKS = {  # the longest first
     "types": ("basedpyright", "--pythonpath", sys.executable, "--level", "error"),
     "layers": ("lint-imports", "--no-logo"),
-    "spelling": ("codespell", *PYTHON_FOLDERS, *PROSE),
+    "spelling": ("codespell", *SPELLED),
     "lint": ("ruff", "check", "--quiet", "--output-format", "concise"),
     "kernel arguments": (
         *("ruff", "check", "--quiet", "--isolated", "--select", "PLR0913"),

@@ -81,7 +81,7 @@ def test_rays_that_do_not_fit_are_refused() -> None:
 @pytest.mark.parametrize("what", [{"speed": 0.0}, {"turn_rate": -1.0}, {"period": math.nan}])
 def test_absurd_motors_are_refused(what: dict[str, float]) -> None:
     with pytest.raises(SettingError, match=f"codec headings: {next(iter(what))} must be above 0"):
-        HeadingCodec(**what)
+        HeadingCodec(**what)  # pyright: ignore[reportArgumentType]
 
 
 def sensed(beams: np.ndarray, goal: tuple[float, float] = (20.0, 0.0)) -> np.ndarray:

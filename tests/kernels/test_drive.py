@@ -36,7 +36,9 @@ def test_a_goal_is_turned_into_the_rovers_frame(rng: np.random.Generator) -> Non
 def test_two_axes_move_along_and_across_the_heading(rng: np.random.Generator) -> None:
     pose, twist, out = poses(rng), rng.normal(size=(N, 3)), np.empty((N, 3))
     k.two_axis(pose, twist, 0.25, out)
-    for p, z, v, got in zip(pose, as_complex(pose), as_complex(twist), as_complex(out), strict=True):
+    for p, z, v, got in zip(
+        pose, as_complex(pose), as_complex(twist), as_complex(out), strict=True
+    ):
         assert abs(got - (z + 0.25 * v * cmath.rect(1, p[2]))) < 1e-12
     assert_array_equal(out[:, 2], pose[:, 2])
 

@@ -31,7 +31,9 @@ def dijkstra(f: np.ndarray, seed: tuple[int, int]) -> np.ndarray:
             for dj in (-1, 0, 1):
                 a, b = i + di, j + dj
                 if (di or dj) and 0 <= a < f.shape[0] and 0 <= b < f.shape[1] and f[a, b] < np.inf:
-                    heapq.heappush(heap, (cost + math.hypot(di, dj) * (f[i, j] + f[a, b]) / 2, (a, b)))
+                    heapq.heappush(
+                        heap, (cost + math.hypot(di, dj) * (f[i, j] + f[a, b]) / 2, (a, b))
+                    )
     return u
 
 

@@ -119,13 +119,15 @@ def test_a_walk_meets_what_dense_samples_meet() -> None:
     t = np.linspace(0.0, 1.0, 4001)
     for _ in range(150):
         blocked = grid(rng, (60, 80))
-        a, b = rng.uniform((-9, -9), (89, 69), (2, 2))
+        ends = rng.uniform((-9, -9), (89, 69), (2, 2))
+        a, b = ends
         x, y = (a + t[:, None] * (b - a)).T
         rows, columns = np.floor(y).astype(int), np.floor(x).astype(int)
         inside = (rows >= 0) & (rows < 60) & (columns >= 0) & (columns < 80)
         met = np.zeros(len(t), bool)
         met[inside] = blocked[rows[inside], columns[inside]] != 0
-        got = k.first_cell(*a, *b, blocked)
+        ax, ay, bx, by = ends.ravel().tolist()
+        got = k.first_cell(ax, ay, bx, by, blocked)
         if met.any():
             assert got <= t[met.argmax()]
         if got != k.MISS:
@@ -134,7 +136,21 @@ def test_a_walk_meets_what_dense_samples_meet() -> None:
             assert min(naive.segment_box(p, p, cell) for cell in near) < 1e-12
 
 
-ODD = (0.0, -0.0, 4.0, 4.5, -3.0, 5e-324, 1e-300, 1e18, -1e100, 1e308, math.inf, -math.inf, math.nan)
+ODD = (
+    0.0,
+    -0.0,
+    4.0,
+    4.5,
+    -3.0,
+    5e-324,
+    1e-300,
+    1e18,
+    -1e100,
+    1e308,
+    math.inf,
+    -math.inf,
+    math.nan,
+)
 
 
 def test_no_coordinate_makes_a_walk_hang_or_read_beyond_the_grid() -> None:
@@ -178,20 +194,21 @@ def test_touching_counts_and_read_only_grids_will_do() -> None:
         ((2.001, 1.5, 2.001, 1.5), k.MISS),
         ((0, 1.999, 1.999, 0), k.MISS),
     ):
-        assert k.first_box(*map(float, ends), box) == pytest.approx(t, abs=1e-15), ends
-        assert k.first_cell(*map(float, ends), blocked) == pytest.approx(t, abs=1e-15), ends
+        ax, ay, bx, by = map(float, ends)
+        assert k.first_box(ax, ay, bx, by, box) == pytest.approx(t, abs=1e-15), ends
+        assert k.first_cell(ax, ay, bx, by, blocked) == pytest.approx(t, abs=1e-15), ends
 
 
 @pytest.mark.parametrize("family", ["quarters", "axis", "free"])
 def test_distances_are_exact(family: str) -> None:
     rng = np.random.default_rng(5)
     for a, b in segments(family, 200):
-        p = rng.uniform(-3, 9, 2)
+        p = (rng.uniform(-3, 9), rng.uniform(-3, 9))
         box = np.sort(rng.uniform(0, 6, (2, 2)), axis=0).ravel()
         point = k.segment_point(*a, *b, *p)
         assert_allclose(point, naive.segment_point(a, b, p), rtol=0, atol=1e-13)
         gap = k.segment_box(*a, *b, box)
-        assert_allclose(gap, naive.segment_box(a, b, box), rtol=0, atol=1e-13)
+        assert_allclose(gap, naive.segment_box(a, b, box.tolist()), rtol=0, atol=1e-13)
         x, y = (np.array(a) + np.linspace(0, 1, 3001)[:, None] * np.subtract(b, a)).T
         dx = np.maximum(0, np.maximum(box[0] - x, x - box[2]))
         dy = np.maximum(0, np.maximum(box[1] - y, y - box[3]))

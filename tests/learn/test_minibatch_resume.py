@@ -25,13 +25,12 @@ from rovernav.learn import (
 from rovernav.nets import Network
 from tests.bits import assert_same_bits
 
-SETTINGS = {"batch": 32, "epochs": 20, "seed": 3, "validation": 0.1}
 SCRIPT = """
 import sys
 from pathlib import Path
-from rovernav.learn import BatchSettings, checkpointer, train_batches
-from tests.learn.test_minibatch_resume import SETTINGS, network, table
-settings = BatchSettings(**{**SETTINGS, "epochs": int(sys.argv[2])})
+from rovernav.learn import checkpointer, train_batches
+from tests.learn.test_minibatch_resume import network, settings_for, table
+settings = settings_for(int(sys.argv[2]))
 save = checkpointer(Path(sys.argv[1]), settings, table(), every=0.0)
 done = train_batches(network(), table(), settings, on_event=lambda event: None, on_step=save)
 print(done.network.parameters.tobytes().hex())
@@ -41,6 +40,10 @@ print(done.network.parameters.tobytes().hex())
 def table() -> Patterns:
     x = np.random.default_rng(5).uniform(-2.0, 2.0, (200, 3))
     return Patterns(x=x, y=np.sin(x[:, :2]), inputs=("a", "b", "c"), outputs=("d", "e"))
+
+
+def settings_for(epochs: int = 20, optimizer: str = "adam") -> BatchSettings:
+    return BatchSettings(optimizer=optimizer, batch=32, epochs=epochs, seed=3, validation=0.1)
 
 
 def network() -> Network:
@@ -58,7 +61,7 @@ def assert_same(actual: BatchTraining, expected: BatchTraining) -> None:
 
 @pytest.mark.parametrize("optimizer", ["sgd", "adam"])
 def test_resumed_is_uninterrupted_to_the_bit(optimizer: str, tmp_path: Path) -> None:
-    settings = BatchSettings(optimizer=optimizer, **SETTINGS)
+    settings = settings_for(optimizer=optimizer)
     path = tmp_path / "training.ckpt"
     save = checkpointer(path, settings, table(), every=0.0)
     train_batches(network(), table(), settings, on_event=lambda e: e.epoch < 7, on_step=save)
@@ -140,10 +143,10 @@ def test_killed_and_resumed_is_uninterrupted_to_the_bit(
     finally:
         victim.kill()
         victim.wait()
-    settings = BatchSettings(**{**SETTINGS, "epochs": epochs})
+    settings = settings_for(epochs)
     left = load_training(path, settings, table())
     assert left.stop is None
-    more = BatchSettings(**{**SETTINGS, "epochs": left.epoch + 5})
+    more = settings_for(left.epoch + 5)
     resumed = train_batches(load_training(path, more, table()), table(), more)
     assert_same(resumed, train_batches(network(), table(), more))
 
@@ -162,6 +165,6 @@ def test_bits_do_not_depend_on_threads(root: Path, tmp_path: Path) -> None:
         )
         assert ran.returncode == 0, ran.stderr
         ends.append(ran.stdout.strip())
-    settings = BatchSettings(**{**SETTINGS, "epochs": 5})
+    settings = settings_for(5)
     here = train_batches(network(), table(), settings).network.parameters.tobytes().hex()
     assert ends == [here, here]

@@ -15,35 +15,28 @@ pytestmark = pytest.mark.oracle
 TOPOLOGY, NAMES = (10, 37, 16, 3), ("tanh", "sigmoid", "linear")
 
 
-@pytest.fixture(scope="module", autouse=True)
-def torch_is_there() -> None:
-    pytest.importorskip("torch", reason="PyTorch is not installed")
+def torch() -> Any:
+    return pytest.importorskip("torch", reason="PyTorch is not installed")
 
 
 def in_torch(network: Network) -> list[Any]:
     """One leaf (units, inputs + 1) per layer."""
-    import torch
-
-    return [torch.tensor(m.copy(), requires_grad=True) for m in network.matrices]
+    return [torch().tensor(m.copy(), requires_grad=True) for m in network.matrices]
 
 
 def outputs_of(leaves: Sequence[Any], names: Sequence[str], x: Any) -> Any:
-    import torch
-
     for leaf, name in zip(leaves, names, strict=True):
         x = x @ leaf[:, :-1].T + leaf[:, -1]
-        x = x if name == "linear" else getattr(torch, name)(x)
+        x = x if name == "linear" else getattr(torch(), name)(x)
     return x
 
 
 def loss_of(z: Any, y: Any, loss: str) -> Any:
-    import torch
-
     if loss == "mse":
         return 0.5 * ((z - y) ** 2).sum(1).mean()
     if loss == "softmax":
-        return torch.nn.functional.cross_entropy(z, y)
-    entropy = torch.nn.functional.binary_cross_entropy_with_logits
+        return torch().nn.functional.cross_entropy(z, y)
+    entropy = torch().nn.functional.binary_cross_entropy_with_logits
     return entropy(z, y, reduction="none").sum(1).mean()
 
 
@@ -63,13 +56,11 @@ def network_of(dtype: Any, names: Sequence[str] = NAMES) -> Network:
 @pytest.mark.parametrize("hidden", ["tanh", "sigmoid", "relu", "linear"])
 @pytest.mark.parametrize(("dtype", "near"), [(np.float64, 1e-12), (np.float32, 1e-5)])
 def test_loss_and_gradient(loss: str, hidden: str, dtype: Any, near: float) -> None:
-    import torch
-
     names = (hidden, hidden, "linear")
     network = network_of(dtype, names)
     x, y = (a.astype(dtype) for a in table(loss))
     leaves = in_torch(network)
-    expected = loss_of(outputs_of(leaves, names, torch.tensor(x)), torch.tensor(y), loss)
+    expected = loss_of(outputs_of(leaves, names, torch().tensor(x)), torch().tensor(y), loss)
     expected.backward()
     mean, exact = gradient(network, x, y, loss)
     assert_allclose(mean, expected.item(), rtol=near, atol=0)
@@ -81,8 +72,6 @@ def test_loss_and_gradient(loss: str, hidden: str, dtype: Any, near: float) -> N
 @pytest.mark.parametrize("optimizer", ["sgd", "adam"])
 @pytest.mark.parametrize(("dtype", "near"), [(np.float64, 1e-12), (np.float32, 1e-5)])
 def test_twenty_steps(loss: str, optimizer: str, dtype: Any, near: float) -> None:
-    import torch
-
     network = network_of(dtype)
     x, y = table(loss)
     names = [f"n{k}" for k in range(13)]
@@ -94,10 +83,10 @@ def test_twenty_steps(loss: str, optimizer: str, dtype: Any, near: float) -> Non
     assert done.updates == 20
     leaves = in_torch(network)
     if optimizer == "sgd":
-        steps: Any = torch.optim.SGD(leaves, lr=0.01, momentum=0.9)
+        steps: Any = torch().optim.SGD(leaves, lr=0.01, momentum=0.9)
     else:
-        steps = torch.optim.Adam(leaves, lr=0.01)
-    sources, targets = (torch.tensor(a.astype(dtype)) for a in (x, y))
+        steps = torch().optim.Adam(leaves, lr=0.01)
+    sources, targets = (torch().tensor(a.astype(dtype)) for a in (x, y))
     for k in range(20):
         rows = slice(25 * k % 100, 25 * k % 100 + 25)
         steps.zero_grad()

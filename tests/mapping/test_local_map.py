@@ -51,7 +51,9 @@ def test_rays_start_at_the_goals_direction_and_go_left() -> None:
     mission = Mission.between((0.0, 0.0), (0.0, 9.0), goal_radius=0.5, time_limit=9.0)
     beams = np.full((1, 9), 4.0)
     beams[0, 4] = 2.0  # straight ahead, which is north, where the goal is
-    channels, _ = mapper.update(mapper.start(mission), mission.start, mission.goal, {"beams": beams})
+    channels, _ = mapper.update(
+        mapper.start(mission), mission.start, mission.goal, {"beams": beams}
+    )
     around = channels["around"][0]
     assert around[0] == pytest.approx(2.0, abs=mapper.cell)
     np.testing.assert_allclose(around[1:], channels["reach"][0, 0], atol=mapper.cell)
@@ -65,16 +67,23 @@ def test_a_row_does_not_depend_on_its_batch(rng: np.random.Generator) -> None:
     mapper = LocalMapper(ANGLES, reach=3.0, side=32)
     n = 7
     mission = Mission(
-        start=rng.normal(0, 3, (n, 3)), goal=rng.normal(0, 9, (n, 2)), goal_radius=1.0, time_limit=9.0
+        start=rng.normal(0, 3, (n, 3)),
+        goal=rng.normal(0, 9, (n, 2)),
+        goal_radius=1.0,
+        time_limit=9.0,
     )
     beams = np.minimum(rng.uniform(0.1, 4.0, (n, 9)), 3.0)
-    whole, memory = mapper.update(mapper.start(mission), mission.start, mission.goal, {"beams": beams})
+    whole, memory = mapper.update(
+        mapper.start(mission), mission.start, mission.goal, {"beams": beams}
+    )
     for k in range(n):
         one = Mission(
             start=mission.start[k : k + 1], goal=mission.goal[k : k + 1],
             goal_radius=1.0, time_limit=9.0,
         )  # fmt: skip
-        row, alone = mapper.update(mapper.start(one), one.start, one.goal, {"beams": beams[k : k + 1]})
+        row, alone = mapper.update(
+            mapper.start(one), one.start, one.goal, {"beams": beams[k : k + 1]}
+        )
         np.testing.assert_array_equal(row["around"][0], whole["around"][k])
         np.testing.assert_array_equal(alone.cells[0], memory.cells[k])
 

@@ -8,7 +8,7 @@ from fractions import Fraction as Q
 
 import numpy as np
 
-Point = Sequence[float]
+Point = Sequence[float] | np.ndarray
 Box = Sequence[float]
 
 

@@ -28,7 +28,10 @@ def marks(
             gap = math.hypot(here[0] - last[0], here[1] - last[1])
             parts = int(2.0 * gap / cell) + 1
             points = [
-                (here[0] + k / parts * (last[0] - here[0]), here[1] + k / parts * (last[1] - here[1]))
+                (
+                    here[0] + k / parts * (last[0] - here[0]),
+                    here[1] + k / parts * (last[1] - here[1]),
+                )
                 for k in range(parts)
             ]
         found |= {(math.floor(y / cell), math.floor(x / cell)) for x, y in points}
@@ -36,13 +39,9 @@ def marks(
     return found
 
 
-def near(
-    cells: set[tuple[int, int]], centre: tuple[int, int], side: int
-) -> set[tuple[int, int]]:
+def near(cells: set[tuple[int, int]], centre: tuple[int, int], side: int) -> set[tuple[int, int]]:
     """The cells that a map of `side` cells around `centre` can hold."""
     half = side // 2
     return {
-        (i, j)
-        for i, j in cells
-        if -half <= i - centre[0] < half and -half <= j - centre[1] < half
+        (i, j) for i, j in cells if -half <= i - centre[0] < half and -half <= j - centre[1] < half
     }

@@ -171,5 +171,7 @@ def test_what_cannot_be_computed_is_said() -> None:
     for inputs, targets in ((x[:, :2], y), (x, y[:, :1]), (x[1:], y), (x[0], y[0]), (x[:0], y[:0])):
         with pytest.raises(ShapeError, match=needed):
             gradient(network, inputs, targets)
+    with pytest.raises(ShapeError, match="a batch needs at least one row, got 0"):
+        Backward(network, 0, "mse")
     with pytest.raises(ShapeError, match="this batch has 7 rows, 5 were announced"):
         Backward(network, 5, "mse")(network.parameters, x, y)

@@ -46,7 +46,7 @@ def mission(
     starts: Sequence[Sequence[float]], goal: Sequence[float], *, radius: float = 0.1, limit: float
 ) -> Mission:
     """Rovers with these starts (x, y, heading) and one goal."""
-    start = np.array(starts, dtype=float)
+    start = np.array(starts, dtype=float).reshape(-1, 3)
     goals = np.tile(np.array(goal, dtype=float), (len(start), 1))
     return Mission(start=start, goal=goals, goal_radius=radius, time_limit=limit)
 

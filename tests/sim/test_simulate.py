@@ -135,14 +135,9 @@ def test_seed_and_settings_travel_in_the_trace() -> None:
 
 
 def test_no_rovers_are_a_drive_too() -> None:
-    trace = simulate(drive(Always(1.0, 0.0, 0.0), starts=np.empty((0, 3)).tolist(), **empty()))
+    trace = simulate(drive(Always(1.0, 0.0, 0.0), starts=[]))
     assert trace.pose.shape == (1, 0, 3)
     assert trace.outcome.shape == (0,)
-
-
-def empty() -> dict[str, Any]:
-    starts, goals = np.empty((0, 3)), np.empty((0, 2))
-    return {"mission": Mission(start=starts, goal=goals, goal_radius=0.1, time_limit=1.0)}
 
 
 def test_a_missing_sensor_is_named() -> None:

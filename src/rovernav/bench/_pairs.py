@@ -12,7 +12,7 @@ import numpy as np
 from ..core import F64, Controller, Outcome, value
 from ..rover import Rover, standing
 from ..scenes import Scene, equip, fenced, free_pairs, pair_mission
-from ..sim import Grid, Trace, Worlds, simulate
+from ..sim import DriveState, Grid, Trace, Worlds, simulate
 from ..terrain import Terrain
 
 GOAL_RADIUS = 0.5
@@ -128,11 +128,16 @@ def score(
         on_event: Told the share of drives that have ended.
     """
     began = time.perf_counter()
+
+    def watch(state: DriveState) -> None:
+        if on_event is not None:
+            on_event(1.0 - float(state.rovers.driving.mean()))
+
     trace = simulate(
         pairs.scene.drive(controller),
         seed=pairs.seed,
         record="none",
-        on_event=lambda state: on_event and on_event(1.0 - float(state.rovers.driving.mean())) and None,
+        on_event=watch,
     )
     reached = trace.outcome == Outcome.REACHED
     straight = np.hypot(*(pairs.goals - pairs.starts).T)
@@ -140,7 +145,9 @@ def score(
     return Score(
         name=name,
         trace=trace,
-        counts={o.label: int((trace.outcome == o).sum()) for o in Outcome if (trace.outcome == o).any()},
+        counts={
+            o.label: int((trace.outcome == o).sum()) for o in Outcome if (trace.outcome == o).any()
+        },
         reached=float(reached.mean()),
         low=low,
         high=high,

@@ -2,30 +2,42 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
+import inspect as introspection
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from cyclopts import App, CycloptsError
 
 from .._version import __version__
+from ._compare import compare
+from ._console import complain
 from ._demo import demo
 from ._drive import drive
 from ._inspect import inspect
+from ._mistakes import sentence
 from ._paper import paper
+from ._teach import teach
+from ._template import template
 from ._train import train
 
 OK, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
-app = App(
-    name="rovernav",
-    help="Neural path planning for planetary rovers: from an elevation model to a driven path.",
-    version=__version__,
-    help_format="plaintext",
-    help_epilogue="Start with: rovernav paper, then rovernav drive --help.",
-)
-for command in (paper, train, drive, inspect, demo):
-    app.command(command)
+COMMANDS: dict[str, Callable[..., int]] = {
+    "paper": paper,
+    "train": train,
+    "drive": drive,
+    "compare": compare,
+    "teach": teach,
+    "template": template,
+    "inspect": inspect,
+    "demo": demo,
+}
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG)
+"""What a user's other words would not mend."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -38,48 +50,75 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0 on success, 1 on failure, 2 on bad input, 130 on Ctrl-C.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
+    if words[:1] == ["help"]:
+        words = [*words[1:], "--help"]
+    _print_any_name()
     try:
-        result = app(words, exit_on_error=False, print_error=False, result_action="return_value")
+        result = _app()(words, exit_on_error=False, print_error=False, result_action="return_value")
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except CycloptsError as error:
-        return _say(str(error), BAD_INPUT, hint=_help_for(words))
+        return complain(sentence(error, COMMANDS), BAD_INPUT, hint=_help_for(words))
     except KeyboardInterrupt:
-        return _say("interrupted", INTERRUPTED)
+        return complain("interrupted", INTERRUPTED)
     except BrokenPipeError:  # the reader of a pipe has gone: nothing is left to say
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _forget_output()
         return OK
     except MemoryError:
-        return _say("not enough memory; use a smaller network, map or table", FAILURE)
+        return complain("not enough memory; use a smaller network, map or table", FAILURE)
     except Exception as error:
-        if _is_mistake(error):
-            return _say(str(error), BAD_INPUT)
-        if os.environ.get("ROVERNAV_DEBUG"):
-            raise
-        kind = type(error).__name__
-        message = f"a defect of rovernav: {kind}: {error}"
-        return _say(message, FAILURE, hint="ROVERNAV_DEBUG=1 shows where")
+        return _answer(error)
     return result if isinstance(result, int) else OK
 
 
-def _say(message: str, code: int, *, hint: str = "") -> int:
-    """One red line on the error stream, and the exit code."""
-    from rich.console import Console
-    from rich.text import Text
+def _app() -> App:
+    app = App(
+        name="rovernav",
+        help="Neural path planning for planetary rovers: from an elevation model to a driven path.",
+        version=__version__,
+        help_format="plaintext",
+        help_epilogue="Start with: rovernav paper, then rovernav drive --help.",
+    )
+    for name, command in COMMANDS.items():
+        app.command(command, name=name, help=_paragraphs(command), help_epilogue="")
+    return app
 
-    line = " ".join(message.split())
-    console = Console(stderr=True, soft_wrap=True, highlight=False)
-    console.print(Text.assemble(("error: ", "bold red"), line))
-    if hint:
-        console.print(Text(hint, style="dim"))
-    return code
+
+def _paragraphs(command: Callable[..., Any]) -> str:
+    """A docstring with one line per paragraph, so that the terminal breaks the lines."""
+    text = introspection.getdoc(command) or ""
+    return "\n\n".join(" ".join(part.split()) for part in text.split("\n\n"))
 
 
-def _is_mistake(error: Exception) -> bool:
-    """Whether the user can mend it; looked up late, because --help needs no room but this one."""
-    from ..core import RovernavError
+def _answer(error: Exception) -> int:
+    """Say what went wrong: a user's mistake, the machine's refusal, or a defect of ours."""
+    from ..core import RovernavError  # late, because --help needs no room but this one
 
-    return isinstance(error, RovernavError)
+    if isinstance(error, RovernavError):
+        cause = error.__cause__
+        refused = isinstance(cause, OSError) and cause.errno in _FULL
+        return complain(str(error), FAILURE if refused else BAD_INPUT)
+    if isinstance(error, OSError) and error.strerror:
+        where = f" ({error.filename})" if error.filename else ""
+        return complain(f"the system refused: {error.strerror}{where}", FAILURE)
+    if os.environ.get("ROVERNAV_DEBUG"):
+        raise error
+    message = f"a defect of rovernav: {type(error).__name__}: {error}"
+    return complain(message, FAILURE, hint="ROVERNAV_DEBUG=1 shows where")
+
+
+def _forget_output() -> None:
+    """Whatever is still to be printed goes nowhere, or Python would complain while it ends."""
+    with contextlib.suppress(AttributeError, OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _print_any_name() -> None:
+    """File names may hold what a terminal's encoding has not: print an escape instead."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(AttributeError, ValueError):
+            stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
 
 
 def _help_for(words: list[str]) -> str:
-    known = [word for word in words[:1] if word in ("paper", "train", "drive", "inspect", "demo")]
-    return " ".join(["See: rovernav", *known, "--help"])
+    return " ".join(["See: rovernav", *(word for word in words[:1] if word in COMMANDS), "--help"])

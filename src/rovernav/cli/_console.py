@@ -1,45 +1,68 @@
-"""What the commands share: tables, JSON, the progress bar, the common options."""
+"""What the commands print: words, tables, JSON, complaints, the progress bar."""
 
 from __future__ import annotations
 
 import contextlib
 import json
 import math
+import os
+import shutil
 import sys
-import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import textwrap
+import threading
+from collections.abc import Callable, Generator, Iterable, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from cyclopts import Parameter
+from ._options import Json as Json
+from ._options import Out as Out
+from ._options import Seed as Seed
 
 PATIENCE = 2.0
 """A progress bar appears on work that lasts longer than this [s]."""
 
-Out = Annotated[Path, Parameter(help="Folder for what is written; made if needed.")]
-Json = Annotated[
-    bool, Parameter(name="--json", negative="", help="Print one JSON object instead of words.")
-]
-Seed = Annotated[int, Parameter(help="Seed of everything random; same seed, same result.")]
-
 
 def print_json(data: dict[str, Any]) -> None:
     """One JSON object on standard output; NaN and infinity become null."""
-    print(json.dumps(_plain(data), indent=2, allow_nan=False))
+    print(json.dumps(plain(data), indent=2, allow_nan=False))
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """A small table on standard output; the first column to the left, numbers to the right."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
+    """A small table on standard output: texts to the left, columns of numbers to the right.
 
-    table = Table(title=title, box=box.SIMPLE_HEAD, title_justify="left", title_style="bold")
-    for number, column in enumerate(columns):
-        table.add_column(column, justify="left" if number == 0 else "right", overflow="fold")
-    for row in rows:
-        table.add_row(*row)
-    Console(highlight=False, markup=False).print(table)
+    Where the terminal is too narrow for it, each row becomes a few lines; nothing is broken.
+    """
+    rows = [list(row) for row in rows]
+    say(title)
+    widths = [max(map(len, cells)) for cells in zip(columns, *rows, strict=True)]
+    if 2 + sum(widths) + 3 * (len(widths) - 1) > _width():
+        for name, *cells in rows:
+            say(f"  {columns[0]} {name}".replace("   ", "  "))
+            print_pairs([(f"  {c}", cell) for c, cell in zip(columns[1:], cells, strict=True)])
+        say()
+        return
+    numeric = [all(map(_is_number, cells)) for cells in zip(*rows, strict=True)]
+    for cells in (columns, ["-" * width for width in widths], *rows):
+        line = "   ".join(
+            cell.rjust(width) if number else cell.ljust(width)
+            for cell, width, number in zip(cells, widths, numeric, strict=True)
+        )
+        say(f"  {line}".rstrip())
+    say()
+
+
+def print_pairs(pairs: Iterable[tuple[str, str]]) -> None:
+    """Names and values, one pair a line; long values go on below themselves, words whole."""
+    pairs = list(pairs)
+    indent = min(max(len(name) for name, _ in pairs) + 4, _width() // 2)
+    for name, text in pairs:
+        lines = textwrap.wrap(
+            text, max(_width() - indent, 20), break_long_words=False, break_on_hyphens=False
+        )
+        head = f"  {name}".ljust(indent)
+        for number, line in enumerate(lines or [""]):
+            lead = head if number == 0 else " " * indent
+            say((lead if lead.endswith(" ") else f"{lead} ") + line)
 
 
 def say(text: str = "") -> None:
@@ -49,7 +72,23 @@ def say(text: str = "") -> None:
 
 def note(text: str) -> None:
     """A line on the error stream: news that are no result."""
-    print(text, file=sys.stderr)
+    if sys.stderr is not None:
+        print(text, file=sys.stderr)
+
+
+def complain(message: str, code: int, *, hint: str = "") -> int:
+    """One line on the error stream, red on a terminal; returns the exit code."""
+    red, dim, end = ("\033[1;31m", "\033[2m", "\033[0m") if _has_colour() else ("", "", "")
+    with contextlib.suppress(OSError):  # who closed the error stream wants to hear nothing
+        note(f"{red}error:{end} {printable(' '.join(message.split()))}")
+        if hint:
+            note(f"{dim}{hint}{end}")
+    return code
+
+
+def printable(text: str) -> str:
+    """The text with escapes for what no terminal or font can show."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def say_files(files: Sequence[Path]) -> None:
@@ -60,52 +99,69 @@ def say_files(files: Sequence[Path]) -> None:
 
 
 @contextlib.contextmanager
-def progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
-    """A bar on the error stream, shown only once the work has lasted two seconds.
+def progress_bar(what: str) -> Generator[Callable[[float, str], None]]:
+    """A bar on the error stream, shown only on a terminal and once two seconds have passed.
 
     Yields:
-        Call it with the share done (0 to 1) and a few words.
+        Call it with the share done (0 to 1) and a few words; until then the bar only moves.
     """
+    if not _is_terminal():
+        yield lambda share, words: None
+        return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    console = Console(stderr=True)
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
         TextColumn("{task.fields[words]}"),
-        console=console,
+        console=Console(stderr=True),
+        redirect_stdout=False,  # results stay results
         transient=True,
     )
-    task = bar.add_task(what, total=1.0, words="")
-    began, shown = time.monotonic(), False
-
-    def update(share: float, words: str) -> None:
-        nonlocal shown
-        if not shown and console.is_terminal and time.monotonic() - began > PATIENCE:
-            bar.start()
-            shown = True
-        bar.update(task, completed=share, words=words)
-
+    task = bar.add_task(what, total=None, words="")
+    timer = threading.Timer(PATIENCE, bar.start)  # whatever the work does: reading, compiling
+    timer.daemon = True
+    timer.start()
     try:
-        yield update
+        yield lambda share, words: bar.update(task, total=1.0, completed=share, words=words)
     finally:
-        if shown:
-            bar.stop()
+        timer.cancel()
+        timer.join()
+        bar.stop()
 
 
-def _plain(item: Any) -> Any:
+def plain(item: Any) -> Any:
     """Numbers, lists and texts that JSON knows."""
     if isinstance(item, dict):
-        return {str(key): _plain(value) for key, value in item.items()}
+        return {str(key): plain(value) for key, value in item.items()}
     if isinstance(item, (list, tuple)):
-        return [_plain(value) for value in item]
+        return [plain(value) for value in item]
     if isinstance(item, Path):
         return str(item)
     if hasattr(item, "tolist"):
-        return _plain(item.tolist())
+        return plain(item.tolist())
     if isinstance(item, float):
         return item if math.isfinite(item) else None
     return item
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text.replace(",", ""))
+    except ValueError:
+        return False
+    return True
+
+
+def _width() -> int:
+    return max(20, shutil.get_terminal_size().columns)
+
+
+def _is_terminal() -> bool:
+    return sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+
+
+def _has_colour() -> bool:
+    return _is_terminal() and not os.environ.get("NO_COLOR")

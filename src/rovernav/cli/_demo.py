@@ -4,102 +4,141 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from ._console import Out, Seed, say
+from ._console import print_json, progress_bar, say
+from ._drive import print_drive, run_drive
+from ._files import claim_folder
+from ._options import InFile, Json, Out, Seed
+from ._paper import print_paper, run_paper
 
 if TYPE_CHECKING:
-    from ..nets import Network
+    import numpy as np
+
+    from ..scenes import Scene
+    from ..sim import Trace
 
 YARD = Path("dem/earth_marsyard2021_9cm/marsyard_terrain_hm.tif")
+YARD_DRIVES = {"yard-reached": "35,20", "yard-collided": "35,15"}
+"""Drives from 12,20 and their goals."""
 
 
 def demo(
     *,
     out: Out = Path("rovernav-demo"),
     data: Annotated[
-        Path | None, Parameter(help="Folder of real terrain; default $ROVERNAV_DATA if set.")
+        InFile | None, Parameter(help="Folder of real terrain; default $ROVERNAV_DATA if set.")
     ] = None,
     seed: Seed = 1,
+    json: Json = False,
 ) -> int:
     """Train the paper's network and drive it: its test case, rectangles, hills, real ground.
 
     Example: rovernav demo --out demo
     """
-    from ..learn import trained_paper_network
-    from ._drive import drive
-    from ._paper import paper
-
     began = time.monotonic()
-    say("1. The paper's training and test case")
-    paper(out=out / "paper")
-    network = trained_paper_network()
-    say("\n2. Three random rectangles across its way")
-    _rectangles(network, out / "rectangles.png")
-    say("\n3. Generated hills, obstacles that nobody drew")
-    drive("hills-v1", seed=seed, out=out / "hills")
-    say("\n4. Real ground: the Mars Yard, 9 cm posts")
-    _yard(data or _data_folder(), out)
-    say(f"\nDone in {time.monotonic() - began:.0f} s. Pictures:")
-    for picture in sorted(out.rglob("*.png")):
-        say(f"  {picture}")
+    yard = _yard(data)
+    claim_folder(out)
+    tell: Callable[[str], None] = (lambda text: None) if json else say
+    report: dict[str, Any] = {}
+
+    tell("1. The paper's training and test case")
+    report["paper"] = run_paper("bassil-v1", out / "paper")
+    if not json:
+        print_paper(report["paper"])
+    tell("\n2. Three random rectangles across its way")
+    report["rectangles"] = _rectangles(out / "rectangles.png")
+    tell(_rectangles_in_words(report["rectangles"]))
+    tell("\n3. Generated hills, obstacles that nobody drew")
+    report["hills"] = _driven("hills-v1", {"seed": seed}, out / "hills", json=json)
+    tell("\n4. Real ground: the Mars Yard, 9 cm posts")
+    if yard is None:
+        tell(f"Skipped: no Mars Yard model here; --data FOLDER names a folder that has {YARD}")
+    for name, goal in YARD_DRIVES.items() if yard else ():
+        options = {"terrain": yard, "from": "12,20", "to": goal, "frame": "local"}
+        report[name] = _driven(None, options, out / name, json=json)
+
+    report["seconds"] = time.monotonic() - began
+    report["pictures"] = sorted(out.rglob("*.png"))
+    if json:
+        print_json(report)
+    else:
+        say(f"\nDone in {report['seconds']:.0f} s. Pictures:")
+        for picture in report["pictures"]:
+            say(f"  {picture}")
     return 0
 
 
-def _rectangles(network: Network, picture: Path) -> None:
+def _driven(
+    scenario: str | None, options: dict[str, Any], out: Path, *, json: bool
+) -> dict[str, Any]:
+    report, title = run_drive(scenario, options, out=out)
+    if not json:
+        print_drive(report, title)
+    return report
+
+
+def _rectangles(picture: Path) -> dict[str, Any]:
     """Three worlds of the suite: two that end well and one that does not, and the share of each."""
     import numpy as np
 
-    from ..control import NeuralController
     from ..core import Outcome
-    from ..scenes import draw_rectangles, rectangle_scene
+    from ..scenes import draw_rectangles
     from ..show import draw_worlds
-    from ..sim import Drive, simulate
 
-    boxes = draw_rectangles(5000, np.random.default_rng(0))
-
-    def run(rectangles: np.ndarray, record: str):  # noqa: ANN202
-        scene = rectangle_scene(rectangles)
-        return scene, simulate(
-            Drive(
-                worlds=scene.worlds,
-                mission=scene.mission,
-                sensors=scene.sensors,
-                controller=NeuralController(network),
-                motion=scene.motion,
-            ),
-            record=record,
-        )
-
-    _, whole = run(boxes, "none")
-    good = np.flatnonzero(whole.outcome == Outcome.REACHED)[:2]
-    bad = np.flatnonzero(whole.outcome == Outcome.COLLIDED)[:1]
-    scene, trace = run(boxes[np.concatenate([good, bad])], "all")
-    draw_worlds(trace, scene.worlds, picture, columns=3)
+    with progress_bar("rectangles"):
+        boxes = draw_rectangles(5000, np.random.default_rng(0))
+        _, whole = _among(boxes, "none")
+        good = np.flatnonzero(whole.outcome == Outcome.REACHED)[:2]
+        bad = np.flatnonzero(whole.outcome == Outcome.COLLIDED)[:1]
+        scene, trace = _among(boxes[np.concatenate([good, bad])], "all")
+        draw_worlds(trace, scene.worlds, picture, columns=3)
     share = {o: float(np.mean(whole.outcome == o)) for o in Outcome}
     reached, collided = share[Outcome.REACHED], share[Outcome.COLLIDED]
-    say("It passes two of the three and runs into the third: two bits cannot tell on which side")
-    say(f"to pass. Of {len(boxes):,} random rectangles it passes {reached:.1%}, collides with")
-    say(f"{collided:.1%} and is lost in {1 - reached - collided:.1%}.")
-    say(f"Written:\n  {picture}")
+    return {
+        "worlds": len(boxes),
+        "reached": reached,
+        "collided": collided,
+        "neither": 1.0 - reached - collided,
+        "files": [picture],
+    }
 
 
-def _data_folder() -> Path | None:
+def _among(boxes: np.ndarray[Any, Any], record: str) -> tuple[Scene, Trace]:
+    """The paper's network among rectangles, one in each world."""
+    from ..control import NeuralController
+    from ..learn import trained_paper_network
+    from ..scenes import rectangle_scene
+    from ..sim import simulate
+
+    scene = rectangle_scene(boxes)
+    drive = scene.drive(NeuralController(trained_paper_network()))
+    return scene, simulate(drive, record=record)
+
+
+def _rectangles_in_words(report: dict[str, Any]) -> str:
+    return (
+        "It passes two of the three and runs into the third: two bits cannot tell on which\n"
+        f"side to pass. Of {report['worlds']:,} random rectangles it passes "
+        f"{report['reached']:.1%}, collides with\n{report['collided']:.1%} and is lost in "
+        f"{report['neither']:.1%}.\nWritten:\n  {report['files'][0]}"
+    )
+
+
+def _yard(data: Path | None) -> Path | None:
+    """The Mars Yard's model; whoever names a folder without one is told at once."""
+    from ..core import FileError
+
     named = os.environ.get("ROVERNAV_DATA")
-    return Path(named) if named else None
-
-
-def _yard(data: Path | None, out: Path) -> None:
-    from ._drive import drive
-
-    if data is None or not (data / YARD).exists():
-        say("Skipped: no Mars Yard model here; --data FOLDER names a folder that has " + str(YARD))
-        return
-    for name, start, goal in (
-        ("yard-reached", "12,20", "35,20"),
-        ("yard-collided", "12,20", "35,15"),
-    ):
-        drive(terrain=data / YARD, start=start, goal=goal, frame="local", out=out / name)
+    folder = data or (Path(named) if named else None)
+    if folder is None:
+        return None
+    if not (folder / YARD).is_file():
+        if data is not None:
+            raise FileError(f"--data {data} has no {YARD}; name the folder that holds it")
+        return None
+    return folder / YARD

@@ -3,127 +3,243 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from ._console import Json, print_json, print_table, say
+from ._console import print_json, print_pairs, print_table, progress_bar, say
+from ._options import Cell, InFile, Json
+
+if TYPE_CHECKING:
+    from ..nets import Network
+    from ..sim import Trace
+    from ..terrain import Terrain
 
 
 def inspect(
-    file: Annotated[Path, Parameter(help="A network, trace or terrain file.")],
+    file: Annotated[InFile, Parameter(help="A network, trace or terrain file.")],
+    /,
     *,
-    cell: Annotated[float | None, Parameter(help="Cell of a .npy terrain [m].")] = None,
+    cell: Cell | None = None,
     json: Json = False,
 ) -> int:
     """Say what a network, trace or terrain file holds.
 
     Example: rovernav inspect rovernav-paper/network.safetensors
     """
-    readers = {".safetensors": _network, ".npz": _trace}
-    reader = readers.get(file.suffix.lower())
-    report = reader(file) if reader else _terrain(file, cell)
+    from ..core import SettingError
+
+    kind = _kind(file)
+    if cell is not None and kind != "terrain":
+        raise SettingError(f"--cell goes only with a .npy terrain; {file} is a {kind}")
+    with progress_bar("reading"):
+        report = _READERS[kind](file, cell)
     if json:
-        print_json(report)
-        return 0
-    kind = report.pop("kind")
-    tables = {key: report.pop(key) for key in list(report) if isinstance(report[key], list)}
-    say(f"{file}: {kind}")
-    print_table("", ("", "value"), [(key, _shown(item)) for key, item in report.items()])
-    for title, rows in tables.items():
-        if rows and isinstance(rows[0], dict):
-            columns = list(rows[0])
-            print_table(title, columns, [[_shown(row[c]) for c in columns] for row in rows])
+        print_json({"kind": kind, "file": file, **report})
+    else:
+        _WRITERS[kind](file, report)
     return 0
 
 
-def _network(file: Path) -> dict[str, Any]:
+def _kind(file: Path) -> str:
+    """Told by the first bytes, not by the name."""
+    from ..core import FileError
+
+    if file.is_dir():
+        return "terrain"
+    try:
+        with file.open("rb") as stream:
+            head = stream.read(16)
+    except FileNotFoundError:
+        raise FileError(f"there is no file at {file}; check the path") from None
+    except OSError as error:
+        raise FileError(f"cannot read {file}: {error.strerror}") from error
+    if head.startswith(b"PK") or file.suffix.lower() == ".npz":
+        return "trace"
+    if head[8:10] == b'{"' or file.suffix.lower() == ".safetensors":
+        return "network"
+    if not head.startswith((b"II", b"MM", b"\x93NUMPY")) and file.suffix.lower() in _TEXTS:
+        raise FileError(f"{file} is {_TEXTS[file.suffix.lower()]}; {_KNOWN}")
+    return "terrain"
+
+
+_KNOWN = "inspect reads networks (.safetensors), traces (.npz) and elevation models"
+_TEXTS = {
+    ".csv": "a table of text, which any editor shows",
+    ".geojson": "a path, which any map program shows",
+    ".png": "a picture",
+    ".yaml": "text, which any editor shows",
+    ".yml": "text, which any editor shows",
+}
+
+
+def _read_network(file: Path, cell: float | None) -> dict[str, Any]:
     from ..nets import load_network, topology_text, weights_sha256
 
     network = load_network(file)
     card = network.card
     return {
-        "kind": f"a {topology_text(network.topology)} network",
         "topology": topology_text(network.topology),
-        "activations": ", ".join(network.activations),
+        "activations": network.activations,
         "parameters": len(network.parameters),
         "precision": str(network.parameters.dtype),
-        "inputs": ", ".join(_with_units(card.inputs, card.input_units)) or "unnamed",
-        "outputs": ", ".join(_with_units(card.outputs, card.output_units)) or "unnamed",
-        "codec": "none" if card.codec is None else _pairs(card.codec),
-        "training": "not stated" if card.training is None else _pairs(card.training),
-        "seed of initial weights": "none" if card.seed is None else card.seed,
+        "inputs": card.inputs,
+        "input_units": card.input_units,
+        "outputs": card.outputs,
+        "output_units": card.output_units,
+        "seed": card.seed,
         "weights_sha256": weights_sha256(network),
-        "layers": [
-            {
-                "layer": number,
-                "weights": f"{matrix.shape[0]} x {matrix.shape[1]}",
-                "smallest": float(matrix.min()),
-                "largest": float(matrix.max()),
-                "rms": float((matrix.astype(float) ** 2).mean() ** 0.5),
-            }
-            for number, matrix in enumerate(network.matrices, 1)
-        ],
+        "codec": None if card.codec is None else dict(card.codec),
+        "training": None if card.training is None else dict(card.training),
+        "layers": _layers(network),
     }
 
 
-def _trace(file: Path) -> dict[str, Any]:
+def _layers(network: Network) -> list[dict[str, Any]]:
+    return [
+        {
+            "layer": number,
+            "units": matrix.shape[0],
+            "inputs": matrix.shape[1] - 1,
+            "smallest": float(matrix.min()),
+            "largest": float(matrix.max()),
+            "rms": float((matrix.astype(float) ** 2).mean() ** 0.5),
+        }
+        for number, matrix in enumerate(network.matrices, 1)
+    ]
+
+
+def _read_trace(file: Path, cell: float | None) -> dict[str, Any]:
     import numpy as np
 
     from ..core import Outcome
     from ..sim import load_trace
 
-    trace = load_trace(file)
+    trace: Trace = load_trace(file)
     counts = np.bincount(trace.outcome, minlength=len(Outcome))
     return {
-        "kind": f"a trace of {len(trace.outcome)} drive(s)",
         "rovers": len(trace.outcome),
         "steps": int(trace.steps.max()),
-        "time": f"{float(trace.time[-1].max()):.1f} s",
-        "outcomes": ", ".join(f"{o.label} {counts[o]}" for o in Outcome if counts[o]),
-        "start of the first": _point(trace.pose[0, 0]),
-        "end of the first": _point(trace.path()[-1]),
-        "length of the first": f"{float(trace.length[0]):.3f} m",
-        "sensors": ", ".join(sorted(trace.channels)) or "none recorded",
+        "time_s": float(trace.time[-1].max()),
+        "outcomes": {o.label: int(counts[o]) for o in Outcome if counts[o]},
+        "first_start": trace.mission.start[0, :2],
+        "first_end": trace.pose[-1, 0, :2],
+        "first_length_m": float(trace.length[0]),
+        "sensors": sorted(trace.channels),
         "seed": trace.seed,
-        "settings": _pairs(trace.settings) or "none",
+        "settings": dict(trace.settings),
         "rovernav": trace.version,
     }
 
 
-def _terrain(file: Path, cell: float | None) -> dict[str, Any]:
+def _read_terrain(file: Path, cell: float | None) -> dict[str, Any]:
     import numpy as np
 
     from ..terrain import read_terrain, slope
 
-    terrain = read_terrain(file, cell=cell)
+    terrain: Terrain = read_terrain(file, cell=cell)
     frame = terrain.frame
-    width, height = frame.extent
-    low, high = terrain.span
     steep = slope(terrain)
     degrees = np.degrees(steep[np.isfinite(steep)])
     at = np.percentile(degrees, (50, 95, 99)) if degrees.size else np.full(3, math.nan)
-    east, north = frame.to_map(width, height)
     return {
-        "kind": "an elevation model",
         "source": terrain.source,
-        "cells": f"{frame.shape[1]} x {frame.shape[0]} (columns x rows)",
-        "cell": f"{frame.cell:.6g} m",
-        "size": f"{width:.6g} m x {height:.6g} m",
-        "map coordinates": f"x {frame.origin[0]:.10g} to {east:.10g}, "
-        f"y {frame.origin[1]:.10g} to {north:.10g}",
-        "heights": f"{low:.6g} m to {high:.6g} m",
-        "with data": f"{terrain.finite:.2%}",
-        "slope p50 / p95 / p99": " / ".join(f"{s:.1f}" for s in at) + " deg",
-        "coordinate system": _crs_name(frame.crs),
+        "columns": frame.shape[1],
+        "rows": frame.shape[0],
+        "cell_m": frame.cell,
+        "size_m": frame.extent,
+        "bounds": [*frame.origin, *frame.to_map(*frame.extent)],
+        "lowest_m": terrain.span[0],
+        "highest_m": terrain.span[1],
+        "with_data": terrain.finite,
+        "slope_deg": dict(zip(("p50", "p95", "p99"), map(float, at), strict=True)),
+        "crs": _crs_name(frame.crs),
     }
 
 
-def _crs_name(wkt: str | None) -> str:
+def _print_network(file: Path, report: dict[str, Any]) -> None:
+    say(f"{file}: a {report['topology']} network\n")
+    named = {
+        key: ", ".join(_with_units(report[f"{key}s"], report[f"{key}_units"])) or "unnamed"
+        for key in ("input", "output")
+    }
+    print_pairs(
+        [
+            ("activations", ", ".join(report["activations"])),
+            ("parameters", f"{report['parameters']:,}, {report['precision']}"),
+            ("inputs", named["input"]),
+            ("outputs", named["output"]),
+            ("seed", "none" if report["seed"] is None else str(report["seed"])),
+            ("weights_sha256", short(report["weights_sha256"])),
+        ]
+    )
+    for title, empty in (("codec", "none: not for driving"), ("training", "not stated")):
+        say(f"\n{title}")
+        print_pairs(_pairs(report[title]) if report[title] else [("", empty)])
+    say()
+    columns = list(report["layers"][0])
+    print_table("layers", columns, [[_shown(row[c]) for c in columns] for row in report["layers"]])
+
+
+def _print_trace(file: Path, report: dict[str, Any]) -> None:
+    drives = report["rovers"]
+    say(f"{file}: a trace of {drives:,} drive{'s' if drives != 1 else ''}\n")
+    of = "" if drives == 1 else " of the first"
+    ends = ", ".join(f"{label.replace('_', ' ')} {n:,}" for label, n in report["outcomes"].items())
+    print_pairs(
+        [
+            ("outcome", ends if drives > 1 else next(iter(report["outcomes"]))),
+            ("steps", f"{report['steps']:,}"),
+            ("time", f"{report['time_s']:.1f} s"),
+            (f"start{of}", _point(report["first_start"])),
+            (f"end{of}", _point(report["first_end"])),
+            (f"length{of}", f"{report['first_length_m']:.3f} m"),
+            ("sensors", ", ".join(report["sensors"]) or "none recorded"),
+            ("seed", str(report["seed"])),
+            ("rovernav", report["rovernav"]),
+        ]
+    )
+    if report["settings"]:
+        say("\nsettings")
+        print_pairs(_pairs(report["settings"]))
+
+
+def _print_terrain(file: Path, report: dict[str, Any]) -> None:
+    say(f"{file}: an elevation model\n")
+    x0, y0, x1, y1 = report["bounds"]
+    width, height = report["size_m"]
+    slopes = " / ".join(f"{deg:.1f}" for deg in report["slope_deg"].values())
+    print_pairs(
+        [
+            ("source", report["source"]),
+            ("cells", f"{report['columns']:,} x {report['rows']:,} (columns x rows)"),
+            ("cell", f"{report['cell_m']:.6g} m"),
+            ("size", f"{width:.6g} m x {height:.6g} m"),
+            ("x", f"{x0:.10g} to {x1:.10g}"),
+            ("y", f"{y0:.10g} to {y1:.10g}"),
+            ("heights", f"{report['lowest_m']:.6g} m to {report['highest_m']:.6g} m"),
+            ("with data", f"{report['with_data']:.2%}"),
+            ("slope p50 / p95 / p99", f"{slopes} deg"),
+            ("coordinate system", report["crs"] or "none"),
+        ]
+    )
+
+
+_READERS = {"network": _read_network, "trace": _read_trace, "terrain": _read_terrain}
+_WRITERS = {"network": _print_network, "trace": _print_trace, "terrain": _print_terrain}
+
+
+def short(digest: str) -> str:
+    """A hash short enough for a line; --json has the whole."""
+    return f"{digest[:12]}..."
+
+
+def _crs_name(wkt: str | None) -> str | None:
     """The name that stands first in a WKT."""
     if not wkt:
-        return "none"
+        return None
     parts = wkt.split('"')
     return parts[1] if len(parts) > 2 else wkt[:60]
 
@@ -132,13 +248,20 @@ def _with_units(names: tuple[str, ...], units: tuple[str, ...]) -> list[str]:
     return [f"{n} [{u}]" for n, u in zip(names, units, strict=True)] if units else list(names)
 
 
-def _pairs(mapping: Any) -> str:
-    return ", ".join(f"{key} {_shown(item)}" for key, item in mapping.items())
+def _pairs(mapping: Mapping[str, Any]) -> list[tuple[str, str]]:
+    return [
+        (key, short(item) if "sha256" in key and isinstance(item, str) else _shown(item))
+        for key, item in mapping.items()
+    ]
 
 
-def _point(pose: Any) -> str:
-    return f"({float(pose[0]):.3f}, {float(pose[1]):.3f}) m"
+def _point(point: Any) -> str:
+    return f"({float(point[0]):.3f}, {float(point[1]):.3f}) m"
 
 
 def _shown(item: Any) -> str:
+    if isinstance(item, bool):
+        return "yes" if item else "no"
+    if isinstance(item, (list, tuple)):
+        return ", ".join(map(_shown, item)) or "none"
     return f"{item:.6g}" if isinstance(item, float) else str(item)

@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from ._console import Json, Out, print_json, print_table, say, say_files
+from ._console import print_json, print_table, progress_bar, say, say_files
+from ._files import claim_folder
+from ._options import Json, Out
 
 if TYPE_CHECKING:
     from ..learn import Progress, Training
     from ..scenes import Scene
     from ..sim import Trace
+
+FILES = ("figure3.png", "training.png", "network.safetensors", "trace.npz", "patterns.csv")
 
 
 def paper(
@@ -27,30 +31,35 @@ def paper(
 
     Example: rovernav paper --out bassil
     """
-    from ..control import NeuralController
-    from ..learn import paper_training, train
-    from ..scenes import bassil_scene
-    from ..sim import Drive, simulate
-
-    scene = bassil_scene(scenario)
-    network, patterns, settings = paper_training(scenario)
-    curve: list[Progress] = []
-    training = train(network, patterns, settings, on_event=curve.append)
-    drive = Drive(
-        worlds=scene.worlds,
-        mission=scene.mission,
-        sensors=scene.sensors,
-        controller=NeuralController(training.network),
-        motion=scene.motion,
-    )
-    trace = simulate(drive, settings={"scenario": scenario})
-    report = _report(training, trace, scene)
-    report["files"] = _write(out, training, curve, trace, scene)
+    report = run_paper(scenario, out)
     if json:
         print_json(report)
     else:
-        _print(report, scene)
+        print_paper(report)
     return 0
+
+
+def run_paper(scenario: str, out: Path) -> dict[str, Any]:
+    """Train, drive and write the files; returns what there is to tell."""
+    from ..control import NeuralController
+    from ..learn import paper_training, train
+    from ..scenes import bassil_scene
+    from ..sim import simulate
+
+    with progress_bar("training and driving"):
+        scene = bassil_scene(scenario)
+        network, patterns, settings = paper_training(scenario)
+        claim_folder(out)
+        curve: list[Progress] = []
+        training = train(network, patterns, settings, on_event=curve.append)
+        trace = simulate(
+            scene.drive(NeuralController(training.network)), settings={"scenario": scenario}
+        )
+        files = [out / name for name in FILES]
+        _write(files, training, curve, trace, scene)
+        report = _report(training, trace, scene)
+    report["files"] = files
+    return report
 
 
 def _report(training: Training, trace: Trace, scene: Scene) -> dict[str, Any]:
@@ -63,6 +72,7 @@ def _report(training: Training, trace: Trace, scene: Scene) -> dict[str, Any]:
     example = worked_example()
     return {
         "scenario": scene.name,
+        "note": scene.note,
         "epochs": training.epoch,
         "updates": training.updates,
         "worked_example": {
@@ -94,18 +104,14 @@ def _patterns_met(trace: Trace) -> dict[str, int]:
 
 
 def _write(
-    out: Path, training: Training, curve: list[Progress], trace: Trace, scene: Scene
-) -> list[Path]:
+    files: list[Path], training: Training, curve: list[Progress], trace: Trace, scene: Scene
+) -> None:
     from ..learn import describe, paper_training, write_patterns
     from ..nets import save_network
     from ..show import draw_paper_figure, draw_training
     from ..sim import save_trace
 
     _, patterns, settings = paper_training(scene.name)
-    files = [
-        out / name
-        for name in ("figure3.png", "training.png", "network.safetensors", "trace.npz", "patterns.csv")
-    ]
     draw_paper_figure(trace, scene, files[0])
     draw_training(
         curve,
@@ -116,21 +122,23 @@ def _write(
     save_network(describe(training, patterns, settings), files[2])
     save_trace(trace, files[3])
     write_patterns(patterns, files[4])
-    return files
 
 
-def _print(report: dict[str, Any], scene: Scene) -> None:
+def print_paper(report: dict[str, Any]) -> None:
+    """What the paper printed beside what came out."""
     example = report["worked_example"]
     w1, w2 = example["new_weights"]["w1"], example["new_weights"]["w2"]
     rows = [
         ("hidden outputs", "0.524, 0.552, 0.665", _numbers(example["hidden"], 6)),
         ("outputs", "0.83, 1.74995", _numbers(example["outputs"], 6)),
         ("errors", '0.17, "0. 74994"', _numbers(example["errors"], 6)),
-        ("new output weights W00, W01, W10", "0.13227, 0.05346, 0.83176",
-         _numbers((w2[0][0], w2[0][1], w2[1][0]), 6)),
-        ("new hidden weight W00", "0.17", _numbers(w1[0][:1], 6)),
-    ]  # fmt: skip
+        ("output weight W00", "0.13227", _numbers(w2[0][:1], 6)),
+        ("output weight W01", "0.05346", _numbers(w2[0][1:2], 6)),
+        ("output weight W10", "0.83176", _numbers(w2[1][:1], 6)),
+        ("hidden weight W00", "0.17", _numbers(w1[0][:1], 6)),
+    ]
     print_table("Worked example: one update by hand", ("", "paper", "ours"), rows)
+    met = report["patterns_met"]
     rows = [
         ("epochs to tolerance", "not given", str(report["epochs"])),
         ("first point [m]", "0.8287, 0.8287", _numbers(report["first"])),
@@ -140,13 +148,13 @@ def _print(report: dict[str, Any], scene: Scene) -> None:
         ("end [m]", "11.73, 0", _numbers(report["end"])),
         ("steps", "14 or 15 (read off)", str(report["steps"])),
         ("clearance [m]", "not given", f"{report['clearance']:.3f}"),
-        ("readings met (sight, off line)", "not given",
-         ", ".join(f"{pair} x{count}" for pair, count in report["patterns_met"].items())),
+        ("readings 00, 01, 11, 10", "not given", ", ".join(map(str, met.values()))),
         ("outcome", "reached", report["outcome"]),
-    ]  # fmt: skip
-    print_table(f"Test case: {scene.name}", ("", "paper", "ours"), rows)
-    say(scene.note)
-    say("Three of the four patterns and the obstacle are ours: the paper does not give them.")
+    ]
+    print_table(f"Test case: {report['scenario']}", ("", "paper", "ours"), rows)
+    say("Readings: how often each pair was sensed; bits: sight clear, off the line.")
+    say(report["note"])
+    say("Three of the four patterns and the obstacle are ours; the paper gives none.")
     say_files(report["files"])
 
 

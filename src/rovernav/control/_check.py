@@ -16,6 +16,7 @@ from ..core import (
     Observation,
     check_steps,
     map_arrays,
+    unchanged,
 )
 
 Observe = Callable[[int, np.random.Generator], Observation]
@@ -54,14 +55,18 @@ def check_controller(
     seen = [observe(rovers, rng) for _ in range(steps)]
 
     def start(part: Any) -> Memory:
-        return controller.start(_rows(mission, part), np.random.default_rng(seed))
+        few = _rows(mission, part)
+        with unchanged(few, called=called):
+            return controller.start(few, np.random.default_rng(seed))
 
     def step(number: int, part: Any, memory: Memory) -> tuple[F64, Memory]:
-        command, after = controller.act(_rows(seen[number], part), memory)
+        few = _rows(seen[number], part)
+        with unchanged(few, called=called):
+            command, after = controller.act(few, memory)
         _check_twist(command.twist, len(part), called)
         return command.twist, after
 
-    check_steps(start, step, rovers=rovers, steps=steps, given=(mission, seen), called=called)
+    check_steps(start, step, rovers=rovers, steps=steps, called=called)
 
 
 def _check_twist(twist: Any, n: int, called: str) -> None:

@@ -1,7 +1,7 @@
 """The values that flow through the house, the roles, the errors and the file envelope."""
 
 from ._arrays import F32, F64, I8, I64, U8, Bool, Float
-from ._contract import check_steps
+from ._contract import check_steps, unchanged
 from .drive import Command, Mission, Observation, RoverState
 from .errors import (
     ContractError,
@@ -59,6 +59,7 @@ __all__ = [
     "read_yaml",
     "sha256_of",
     "suggest",
+    "unchanged",
     "value",
     "write_atomic",
     "write_text",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,7 @@ Step = Callable[[int, Any, Any], tuple[Any, Any]]
 Results = list["np.ndarray[Any, Any]"]
 
 
-def check_steps(
-    start: Start, step: Step, *, rovers: int, steps: int, given: Any, called: str
-) -> None:
+def check_steps(start: Start, step: Step, *, rovers: int, steps: int, called: str) -> None:
     """Check a part of a drive that goes from memory to memory.
 
     Args:
@@ -26,24 +25,33 @@ def check_steps(
             that step, and the memory after it.
         rovers: Rovers in all.
         steps: Steps of a drive.
-        given: Everything that `start` and `step` use; its arrays must not change.
         called: What the error message calls the part.
 
     Raises:
         ContractError: The same memory or seed gives other results, two drives disturb each other,
-            a rover's results depend on the batch it is in, or an input was changed.
+            or a rover's results depend on the batch it is in.
     """
-    before: Results = _arrays(given)
+    wrong = _fault(start, step, np.arange(rovers), steps)
+    if wrong:
+        raise ContractError(f"{called}: {wrong}")
+
+
+@contextmanager
+def unchanged(given: Any, *, called: str) -> Generator[None]:
+    """Whatever happens inside must leave the arrays in `given` as they are.
+
+    Raises:
+        ContractError: An array was changed, or somebody tried.
+    """
+    before = _arrays(given)
     try:
-        wrong = _fault(start, step, np.arange(rovers), steps)
+        yield
     except ValueError as error:
         if "read-only" not in str(error):
             raise
         raise ContractError(f"{called}: it tries to change what it is given") from error
     if not _same(before, _arrays(given)):
-        wrong = "it changes what it is given"
-    if wrong:
-        raise ContractError(f"{called}: {wrong}")
+        raise ContractError(f"{called}: it changes what it is given")
 
 
 def _fault(start: Start, step: Step, everyone: Any, steps: int) -> str:

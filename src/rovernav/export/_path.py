@@ -69,7 +69,9 @@ def write_path_geojson(
         "seed": trace.seed,
     }
     features = [
-        _feature("LineString" if len(line) > 1 else "Point", line if len(line) > 1 else line[0], track),
+        _feature(
+            "LineString" if len(line) > 1 else "Point", line if len(line) > 1 else line[0], track
+        ),
         _feature("Point", start, {"name": "start"}),
         _feature("Point", goal, {"name": "goal"}),
     ]

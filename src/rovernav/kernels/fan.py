@@ -2,9 +2,10 @@
 
 Symbols: pose x [m], y [m], heading [rad]; c cell of the map [m], s its side in cells.
 
-The local map rolls: world cell (i, j) of the map's own grid lies at ``cells[k, i mod s, j mod s]``
-(s is a power of two, so the remainder is a mask), and only cells within s/2 of the rover's cell count. Nothing is moved when the rover moves; rows and
-columns that leave on one side are cleared for those that enter on the other.
+The local map rolls: world cell (i, j) of the map's own grid lies at ``cells[k, i & m, j & m]`` with
+m = s - 1, because s is a power of two, and only cells within s/2 of the rover's cell count. Nothing
+is moved when the rover moves; rows and columns that leave on one side are cleared for those that
+enter on the other.
 """
 
 from __future__ import annotations
@@ -66,7 +67,14 @@ def roll(cells: Any, centre: Any, pose: Any, c: float) -> None:
 
 @kernel()
 def mark(
-    cells: Any, centre: Any, pose: Any, angles: Any, ranges: Any, reach: float, c: float, join: float
+    cells: Any,
+    centre: Any,
+    pose: Any,
+    angles: Any,
+    ranges: Any,
+    reach: float,
+    c: float,
+    join: float,
 ) -> None:
     """Mark in each map where beams ended on something, and between neighbours that are near.
 

@@ -4,8 +4,8 @@ from ._batch_settings import OPTIMIZERS, SCHEDULES, BatchSettings
 from ._checkpoint import checkpointer, load_training, save_training
 from ._describe import describe
 from ._drivers import find_controller
-from ._minibatch import BatchTraining, advance_batches, train_batches
 from ._imitate import Lesson, fresh_network, mirrored, teach
+from ._minibatch import BatchTraining, advance_batches, train_batches
 from ._online import (
     ORDERS,
     RULES,

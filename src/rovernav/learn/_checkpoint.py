@@ -41,6 +41,15 @@ def save_training(
         patterns: What it learns.
         path: Where; the folder is made if needed.
     """
+    _save(training, settings, patterns.sha256, path)
+
+
+def _save(
+    training: Training | BatchTraining,
+    settings: OnlineSettings | BatchSettings,
+    patterns_sha256: str,
+    path: Path,
+) -> None:
     from safetensors.numpy import save
 
     header = {
@@ -54,7 +63,7 @@ def save_training(
         "updates": training.updates,
         "stop": training.stop,
         "settings": dataclasses.asdict(settings),
-        "patterns": patterns.sha256,
+        "patterns": patterns_sha256,
     }
     tensors = {"parameters": training.network.parameters}
     if isinstance(training, BatchTraining):
@@ -119,12 +128,12 @@ def checkpointer(
     path: Path, settings: OnlineSettings | BatchSettings, patterns: Patterns, *, every: float = 1.0
 ) -> Callable[[Any], None]:
     """A step listener that saves at most once in `every` seconds, and whenever a training ends."""
-    last = 0.0
+    last, digest = 0.0, patterns.sha256
 
     def save_now_and_then(training: Training | BatchTraining) -> None:
         nonlocal last
         if training.stop is not None or time.monotonic() - last >= every:
-            save_training(training, settings, patterns, path)
+            _save(training, settings, digest, path)
             last = time.monotonic()
 
     return save_now_and_then
@@ -143,10 +152,8 @@ def _check_same(
     """Raise `SettingError` unless the checkpoint belongs to these settings and patterns."""
     kind = header.get("kind", "online")
     if kind != _kind(settings):
-        raise SettingError(
-            f"{path} is a checkpoint of {_KINDS.get(kind, kind)}, not of {_KINDS[_kind(settings)]}; "
-            "resume with the same"
-        )
+        then, now = _KINDS.get(kind, kind), _KINDS[_kind(settings)]
+        raise SettingError(f"{path} is a checkpoint of {then}, not of {now}; resume with the same")
     may_change = _MAY_CHANGE
     if isinstance(settings, BatchSettings) and settings.schedule != "constant":
         may_change = ("tolerance",)  # the rates follow from the number of epochs

@@ -26,7 +26,7 @@ def describe(training: Training, patterns: Patterns, settings: OnlineSettings) -
     card = training.network.card
     how: dict[str, Any] = {
         "method": "online back-propagation",
-        **dataclasses.asdict(settings),  # pyright: ignore[reportArgumentType]
+        **dataclasses.asdict(settings),
         "epochs_done": training.epoch,
         "updates": training.updates,
         "stop": None if training.stop is None else str(training.stop),

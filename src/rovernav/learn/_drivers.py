@@ -35,7 +35,7 @@ def find_controller(name: str) -> Controller:
     if name == "bassil":
         return NeuralController(trained_paper_network())
     if name == "neural":
-        with resources.as_file(resources.files(__package__) / "networks" / SHIPPED) as path:
+        with resources.as_file(resources.files("rovernav.learn") / "networks" / SHIPPED) as path:
             return NeuralController(load_network(path))
     if name in _CLASSICAL:
         return _CLASSICAL[name]()

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -169,7 +170,7 @@ def _drive_round(
 
 
 def _practice_scene(recipe: Recipe, rover: Rover, rng: np.random.Generator) -> Scene:
-    """A generated world with missions whose straight lines are blocked; tried until there is one."""
+    """A generated world with missions whose straight lines are blocked."""
     for _ in range(100):
         grid = practice_grid(rng, rover, side=recipe.side_m, cell=recipe.cell_m)
         try:
@@ -283,7 +284,7 @@ def _read_round(path: Path) -> F64 | None:
         data = read_bytes(path, limit=MAX_BYTES, what="round of a teaching")
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
             table, digest = file["table"], str(file["sha256"])
-    except (ValueError, KeyError, OSError, EOFError):
+    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile):
         table, digest = np.empty(0), ""
     if sha256_of(table.tobytes()) != digest:
         raise FileError(f"{path} is damaged; delete it, and this round is driven again")

@@ -83,6 +83,19 @@ class Training:
     updates: int = 0
     stop: StopReason | None = None
 
+    def _check(self) -> None:
+        parameters = self.network.parameters
+        if parameters.dtype != np.float64:
+            raise ShapeError(
+                "online back-propagation works in float64; "
+                f"this network is {parameters.dtype}: train it by mini-batches"
+            )
+        if self.deltas.shape != parameters.shape or self.deltas.dtype != np.float64:
+            raise ShapeError(
+                f"{len(parameters)} weights have as many last changes in float64, "
+                f"got {self.deltas.dtype} of shape {self.deltas.shape}"
+            )
+
     @classmethod
     def fresh(cls, network: Network) -> Training:
         """A training that has not begun.
@@ -90,11 +103,6 @@ class Training:
         Raises:
             ShapeError: The network is not float64, the precision of online training.
         """
-        if network.parameters.dtype != np.float64:
-            raise ShapeError(
-                "online back-propagation works in float64; "
-                f"this network is {network.parameters.dtype}: train it by mini-batches"
-            )
         return cls(network=network, deltas=np.zeros(len(network.parameters)))
 
 
@@ -122,7 +130,11 @@ def advance(
     Returns:
         The training after it, with `stop` set if it ended in this step. Where a weight stopped
         being finite, that is the last epoch before it, with `StopReason.DIVERGED`.
+
+    Raises:
+        ShapeError: Patterns and network do not fit.
     """
+    check_fit(training.network, patterns)
     w, v = training.network.parameters.copy(), training.deltas.copy()
     epochs = max(0, min(epochs, settings.epochs - training.epoch))
     record = np.empty((epochs * len(patterns.x) if recorder else 0, len(w)))

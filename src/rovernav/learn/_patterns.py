@@ -169,7 +169,8 @@ def _columns(
             raise PatternError(
                 f"{where}: mark the columns as in:NAME or out:NAME, or give the topology"
             )
-        sources, targets = list(range(inputs)), list(range(inputs, len(names)))
+        columns = list(range(len(names)))
+        sources, targets = columns[: max(0, inputs)], columns[max(0, inputs) :]
     elif unmarked:
         raise PatternError(f"{where}: column {unmarked[0]!r} is marked neither in: nor out:")
     if not sources or not targets:

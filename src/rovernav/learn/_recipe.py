@@ -59,7 +59,7 @@ def read_recipe(name: str) -> Recipe:
         SettingError: An unknown key or a value that is not allowed.
     """
     if name in recipes():
-        with resources.as_file(resources.files(__package__) / "recipes" / f"{name}.yaml") as path:
+        with resources.as_file(resources.files("rovernav.learn") / "recipes" / f"{name}.yaml") as path:
             return build(Recipe, read_yaml(path, what="recipe"), source=name)
     path = Path(name)
     if not path.exists():
@@ -69,5 +69,5 @@ def read_recipe(name: str) -> Recipe:
 
 def recipes() -> list[str]:
     """Names of the recipes that come with the package."""
-    folder = resources.files(__package__) / "recipes"
+    folder = resources.files("rovernav.learn") / "recipes"
     return sorted(item.name[:-5] for item in folder.iterdir() if item.name.endswith(".yaml"))

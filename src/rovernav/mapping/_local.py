@@ -16,7 +16,7 @@ class LocalMap:
     """What n rovers remember around them.
 
     Attributes:
-        cells: 1 where something was met (n, s, s), uint8; world cell (i, j) is at (i mod s, j mod s).
+        cells: 1 where something was met (n, s, s), uint8; world cell (i, j) is at i and j modulo s.
         centre: The cell of each rover (n, 2): row, column.
         pose: Where each rover thinks it is (n, 3) [m, m, rad].
         goal: Where it wants to go (n, 2) [m].

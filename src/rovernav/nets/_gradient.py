@@ -31,7 +31,7 @@ class Backward:
 
     Args:
         network: Fixes topology, activations and precision; its weights are not used.
-        rows: Rows per batch.
+        rows: Rows per batch, 1 or more.
         loss: One of `LOSSES`.
 
     Attributes:
@@ -40,6 +40,8 @@ class Backward:
 
     def __init__(self, network: Network, rows: int, loss: str) -> None:
         check_loss(loss, network.activations[-1])
+        if rows < 1:
+            raise ShapeError(f"a batch needs at least one row, got {rows}")
         dtype = network.parameters.dtype
         self._loss = LOSSES[loss]
         self._rows = rows

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import itertools
 from typing import Any, cast
 
 import numpy as np
@@ -63,7 +64,7 @@ class Standing:
         h, w = self.frame.shape
         ends = path if len(path) > 1 else np.repeat(path, 2, axis=0)
         worst = 0.0
-        for a, b in zip(ends[:-1], ends[1:], strict=True):
+        for a, b in itertools.pairwise(ends):
             count = 2 + int(4.0 * np.hypot(*(b - a)) / self.frame.cell)
             points = np.linspace(a, b, count) / self.frame.cell
             rows = np.clip(points[:, 1].astype(int), 0, h - 1)

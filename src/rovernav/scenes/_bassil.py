@@ -42,7 +42,6 @@ class Scene:
     mapper: Mapper | None = None
     note: str = ""
 
-
     def drive(self, controller: Controller) -> Drive:
         """The scene with somebody at the wheel."""
         return Drive(

@@ -8,9 +8,11 @@ import numpy as np
 
 from ..core import SettingError, suggest
 from ..rover import read_rover, standing
-from ..terrain import Terrain, hills
+from ..sim import Grid
+from ..terrain import Terrain, hills, scatter_rocks, with_rocks
 from ._bassil import Scene, bassil_scene
-from ._ground import Ground, ground_scene
+from ._ground import Ground, fenced, ground_scene
+from ._practice import free_pairs
 
 
 def named_scene(name: str, *, seed: int = 0) -> Scene | Ground:
@@ -45,9 +47,23 @@ def hills_scene(seed: int) -> Ground:
     return ground_scene(terrain, rover, start, goal)
 
 
-def _ends(
-    terrain: Terrain, blocked: np.ndarray
-) -> tuple[tuple[float, float], tuple[float, float]]:
+def rocky_hills_scene(seed: int) -> Ground:
+    """``rocky-hills-v1``: 50 m of generated hills, craters and rocks for the research rover.
+
+    Rocks cover 5 % of the ground (Golombek and Rapp 1997), 0.2 to 2 m large. Start and goal are
+    free and connected, at least 30 m apart, and their straight line is blocked.
+    """
+    rng = np.random.default_rng([seed, 5])
+    terrain = hills(rng, shape=(400, 400), cell=0.125, relief=4.0, craters=40)
+    rocks = scatter_rocks(terrain.frame, 0.05, smallest=0.2, largest=2.0, rng=rng)
+    terrain = with_rocks(terrain, rocks)
+    rover = read_rover("research")
+    grid = Grid(frame=terrain.frame, blocked=fenced(standing(terrain, rover).blocked))
+    starts, goals = free_pairs(grid, 1, rng, nearest=30.0, farthest=60.0)
+    return ground_scene(terrain, rover, tuple(starts[0].tolist()), tuple(goals[0].tolist()))
+
+
+def _ends(terrain: Terrain, blocked: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
     """The free cells nearest to the corners a tenth of the way in from two opposite corners."""
     h, w = blocked.shape
     rows, columns = np.nonzero(blocked == 0)
@@ -64,4 +80,5 @@ _SCENES: dict[str, Callable[[int], Scene | Ground]] = {
     "bassil-mirrored-v1": lambda seed: bassil_scene("bassil-v1", obstacle="mirrored"),
     "bassil-free-v1": lambda seed: bassil_scene("bassil-v1", obstacle="none"),
     "hills-v1": hills_scene,
+    "rocky-hills-v1": rocky_hills_scene,
 }

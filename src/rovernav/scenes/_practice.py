@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from ..core import F64, U8, Bool, Frame, Mission, SettingError
+from ..core import F64, I64, U8, Bool, Frame, Mission, SettingError
 from ..kernels import drive as kernels
 from ..rover import Rover, standing
 from ..sim import Grid, Worlds
@@ -38,7 +39,9 @@ def _rocky_hills(rng: np.random.Generator, rover: Rover, cells: int, cell: float
     rocks = scatter_rocks(
         terrain.frame, float(rng.uniform(0.01, 0.12)), smallest=0.15, largest=2.0, rng=rng
     )
-    return Grid(frame=terrain.frame, blocked=fenced(standing(with_rocks(terrain, rocks), rover).blocked))
+    return Grid(
+        frame=terrain.frame, blocked=fenced(standing(with_rocks(terrain, rocks), rover).blocked)
+    )
 
 
 def _shapes(rng: np.random.Generator, frame: Frame) -> U8:
@@ -56,7 +59,7 @@ def _shapes(rng: np.random.Generator, frame: Frame) -> U8:
     return blocked.astype(np.uint8)
 
 
-def _shape(rng: np.random.Generator, dx: F64, dy: F64) -> Bool:
+def _shape(rng: np.random.Generator, dx: Any, dy: Any) -> Bool:
     kind = rng.random()
     if kind < 0.4:
         return np.hypot(dx, dy) < rng.uniform(0.3, 2.5)
@@ -91,7 +94,7 @@ def free_pairs(
     """
     from scipy.ndimage import label
 
-    region, _ = label(grid.blocked == 0)
+    region = np.asarray(label(grid.blocked == 0)[0])  # pyright: ignore[reportIndexIssue]
     rows, columns = np.nonzero(region)
     starts: list[F64] = []
     goals: list[F64] = []
@@ -99,7 +102,7 @@ def free_pairs(
         if len(rows) < 2 or len(starts) >= count:
             break
         a, b = rng.integers(0, len(rows), (2, max(4 * count, 64)))
-        p, q = (np.stack([columns[i] + 0.5, rows[i] + 0.5], 1) * grid.frame.cell for i in (a, b))
+        p, q = (_centres(rows[i], columns[i], grid.frame.cell) for i in (a, b))
         far = np.hypot(*(q - p).T)
         good = (region[rows[a], columns[a]] == region[rows[b], columns[b]]) & (far >= nearest)
         good &= far <= farthest
@@ -112,6 +115,11 @@ def free_pairs(
             f"apart with a blocked straight line; the ground may be too open or too closed"
         )
     return np.array(starts[:count]), np.array(goals[:count])
+
+
+def _centres(rows: I64, columns: I64, cell: float) -> F64:
+    """Centres (m, 2) of cells [m]."""
+    return np.stack([columns + 0.5, rows + 0.5], axis=1).astype(np.float64) * cell
 
 
 def pair_mission(starts: F64, goals: F64, *, goal_radius: float, pace: float) -> Mission:

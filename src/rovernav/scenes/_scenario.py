@@ -2,21 +2,55 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+import numpy as np
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+)
 
-from ..core import Mission, SettingError, build, read_yaml
+from ..core import Mission, SettingError, build, read_yaml, suggest
 from ..rover import Rover, read_rover
 from ..sim import ClearSight, OffLine, TwoAxis, Worlds
 from ..terrain import Terrain, read_terrain
 from ._bassil import Scene
 from ._ground import PATIENCE, Ground, ground_scene, to_local
 
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Point = tuple[Number, Number]
-Box = tuple[Number, Number, Number, Number]
+FARTHEST = 100_000.0
+"""Largest coordinate on ground without a terrain [m]."""
+SUFFIXES = (".yaml", ".yml")
+
+
+def _point(item: Any) -> tuple[float, ...]:
+    return _numbers(item, 2, "two numbers, like [-3.5, 1.2]")
+
+
+def _box(item: Any) -> tuple[float, ...]:
+    corners = _numbers(item, 4, "four numbers x0, y0, x1, y1, like [4, -1, 7, 3]")
+    if corners[0] > corners[2] or corners[1] > corners[3]:
+        raise ValueError("a box needs x0 <= x1 and y0 <= y1")
+    return corners
+
+
+def _numbers(item: Any, count: int, wanted: str) -> tuple[float, ...]:
+    parts = list(item) if isinstance(item, (list, tuple)) else []
+    if len(parts) != count or not all(type(part) in (int, float) for part in parts):
+        raise ValueError(f"give {wanted}")
+    if not all(abs(part) <= 1e300 for part in parts):  # False for NaN
+        raise ValueError("coordinates must be finite numbers")
+    return tuple(map(float, parts))
+
+
+Point = Annotated[tuple[float, float], BeforeValidator(_point)]
+Box = Annotated[tuple[float, float, float, float], BeforeValidator(_box)]
+Above0 = Field(gt=0, le=1e6, allow_inf_nan=False, strict=True)
 
 
 class Scenario(BaseModel):
@@ -29,8 +63,8 @@ class Scenario(BaseModel):
         start: Key ``from``: x, y in `frame`.
         goal: Key ``to``: x, y in `frame`.
         frame: How `start` and `goal` are given: ``crs``, ``local`` or ``pixel``.
-        rover: Preset or rover file.
-        controller: ``bassil`` or a network file.
+        rover: Preset, or rover file relative to the scenario file.
+        controller: A controller's name, or a network file relative to the scenario file.
         time_limit_s: Longest drive [s]; five times the straight line where not given.
         seed: Seed of everything random.
     """
@@ -38,35 +72,60 @@ class Scenario(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
     terrain: Path | None = None
-    cell: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    cell: Annotated[float, Above0] | None = None
     boxes: tuple[Box, ...] = ()
     start: Point = Field(alias="from")
     goal: Point = Field(alias="to")
     frame: Literal["crs", "local", "pixel"] = "crs"
     rover: str = "paper-point"
     controller: str = "bassil"
-    time_limit_s: Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False)] | None = None
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
+    time_limit_s: Annotated[float, Above0] | None = None
+    seed: Annotated[int, Field(ge=0, lt=2**63, strict=True)] = 0
 
-    @model_validator(mode="after")
-    def _one_ground(self) -> Scenario:
-        if self.terrain is not None and self.boxes:
+    @classmethod
+    def allowed(cls) -> list[str]:
+        """The keys as a scenario file writes them."""
+        return [field.alias or name for name, field in cls.model_fields.items()]
+
+    @field_validator("cell", "frame")
+    @classmethod
+    def _goes_with_terrain(cls, item: Any, info: ValidationInfo) -> Any:
+        if item not in (None, "crs", "local") and info.data.get("terrain", ...) is None:
+            raise ValueError("that goes with a terrain, and there is none")
+        return item
+
+    @field_validator("boxes", "start", "goal")
+    @classmethod
+    def _one_ground(cls, item: Any, info: ValidationInfo) -> Any:
+        flat = info.data.get("terrain", ...) is None
+        if not flat and info.field_name == "boxes" and item:
             raise ValueError("give a terrain or boxes, not both")
-        return self
+        if flat and item and np.abs(item).max() > FARTHEST:
+            raise ValueError("without a terrain, coordinates lie within 100 km of (0, 0)")
+        return item
 
 
 def read_scenario(path: Path) -> Scenario:
-    """Read a scenario file.
+    """Read a scenario file; the files that it names are taken from its own folder.
 
     Raises:
         FileError: It cannot be read or is not YAML.
         SettingError: An unknown key or a value that is not allowed.
     """
-    data: dict[str, Any] = read_yaml(path, what="scenario file")
+    data: dict[str, Any] = read_yaml(path, what="scenario")
+    allowed = Scenario.allowed()
+    for key in data:
+        if key not in allowed:
+            raise SettingError(f"{path}: unknown key {key!r}; {suggest(str(key), allowed)}")
     scenario = build(Scenario, data, source=str(path))
+    beside: dict[str, Any] = {}
     if scenario.terrain is not None:
-        return scenario.model_copy(update={"terrain": path.parent / scenario.terrain})
-    return scenario
+        beside["terrain"] = path.parent / scenario.terrain
+    if scenario.rover.endswith(SUFFIXES):
+        beside["rover"] = str(path.parent / scenario.rover)
+    if scenario.controller.endswith(".safetensors"):
+        beside["controller"] = str(path.parent / scenario.controller)
+    return scenario.model_copy(update=beside)
 
 
 def set_scene(scenario: Scenario) -> Scene | Ground:
@@ -94,13 +153,14 @@ def on_terrain(scenario: Scenario, terrain: Terrain, rover: Rover) -> Ground:
 
 def _flat(scenario: Scenario, rover: Rover) -> Scene:
     if rover.drive != "two-axis":
-        raise SettingError(f"rover {rover.name}: only two-axis rovers can drive among boxes")
+        raise SettingError(
+            f"rover {rover.name}: only two-axis rovers can drive among boxes; give a terrain, "
+            "or the rover paper-point"
+        )
     points = [scenario.start, scenario.goal, *[b[:2] for b in scenario.boxes]]
     points += [b[2:] for b in scenario.boxes]
-    far = max(max(abs(x), abs(y)) for x, y in points)
-    edge = max(20.0, 2.0 * far)
-    mission = Mission.between(scenario.start, scenario.goal, goal_radius=1e-9, time_limit=1.0)
-    straight = float(abs(complex(*(mission.goal - mission.start[:, :2])[0])))
+    edge = max(20.0, 2.0 * max(max(abs(x), abs(y)) for x, y in points))
+    straight = math.dist(scenario.start, scenario.goal)
     limit = scenario.time_limit_s or max(60.0, PATIENCE * straight / rover.step)
     return Scene(
         name="boxes",

@@ -69,7 +69,16 @@ def heading(figure: Figure, text: str) -> None:
     """One line over everything, in smaller letters where it is long."""
     inches = figure.get_figwidth()
     size = min(12.0, 130.0 * inches / max(len(text), 1) * 0.9)
-    figure.text(0.5, 1 - 0.17 / figure.get_figheight(), text, fontsize=size, ha="center", va="top")
+    y = 1 - 0.17 / figure.get_figheight()
+    figure.text(0.5, y, plain(text), fontsize=size, ha="center", va="top", parse_math=False)
+
+
+def plain(text: str) -> str:
+    """The text without what no font has: a file's name may hold bytes that are no letters.
+
+    Draw it with ``parse_math=False``, or dollars in it begin a formula.
+    """
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def footer(figure: Figure, text: str) -> None:

@@ -10,12 +10,15 @@ import numpy as np
 
 from ..core import F64, InputError
 from ..learn import Progress
-from ._canvas import INK, footer, picture
+from ._canvas import INK, footer, picture, plain
 from ._words import BLUE, GREEN, ORANGE, VERMILION, amount
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+HIGHEST = 1e100
+"""Errors of a diverged training beyond this are not drawn: the axis' ticks would overflow."""
 
 _WORST = "largest |error| of any output of any pattern"
 _RMSE = "root mean square error"
@@ -57,7 +60,7 @@ def draw_training(
         axes.set(yscale="log", xlabel="epoch (one pass over all patterns)", ylabel="error")
         axes.set_xlim(left=0.0, right=max(1.0, 1.04 * curve[-1].epoch))
         axes.grid(color="#e6e6e6")
-        axes.set_title(title)
+        axes.set_title(plain(title), parse_math=False)
         figure.legend(loc="lower center", bbox_to_anchor=(0.5, 0.045), ncols=2, frameon=False)
         footer(figure, f"{amount(curve[-1].updates, 'weight update')} in all")
 
@@ -80,7 +83,7 @@ def _curves(axes: Axes, curve: Sequence[Progress], outputs: int | None) -> None:
 def _end(axes: Axes, last: Progress, tolerance: float | None) -> None:
     """Where and with what error the training ended."""
     error = last.worst if np.isfinite(last.worst) else last.loss
-    if not (np.isfinite(error) and error > 0.0):
+    if not 0.0 < error < HIGHEST:  # True for NaN
         return
     met = tolerance is not None and error < tolerance
     colour = GREEN if met else VERMILION if tolerance is not None else BLUE
@@ -95,6 +98,6 @@ def _end(axes: Axes, last: Progress, tolerance: float | None) -> None:
 
 
 def _positive(numbers: Sequence[float]) -> F64:
-    """The numbers that a logarithm has; NaN for the others."""
+    """The numbers that a logarithm has and an axis can hold; NaN for the others."""
     array = np.array(numbers, dtype=np.float64)
-    return np.where(array > 0.0, array, np.nan)
+    return np.where((array > 0.0) & (array < HIGHEST), array, np.nan)

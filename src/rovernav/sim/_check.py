@@ -8,7 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from ..core import F64, ContractError, Memory, Mission, RoverState, Sensor, check_steps, map_arrays
+from ..core import (
+    F64,
+    ContractError,
+    Memory,
+    Mission,
+    RoverState,
+    Sensor,
+    check_steps,
+    map_arrays,
+    unchanged,
+)
 from ._world import Worlds
 
 Place = Callable[[int, np.random.Generator], tuple[Worlds, Mission, RoverState]]
@@ -42,17 +52,19 @@ def check_sensor(
     states = [_moved(state, rng) for _ in range(steps)]
 
     def start(part: Any) -> Memory:
-        return sensor.start(_rows(mission, part), np.random.default_rng(seed))
+        few = _rows(mission, part)
+        with unchanged(few, called=called):
+            return sensor.start(few, np.random.default_rng(seed))
 
     def step(number: int, part: Any, memory: Memory) -> tuple[F64, Memory]:
         some = dataclasses.replace(worlds, of=worlds.of[part])
-        reading, after = sensor.read(some, _rows(states[number], part), memory)
+        few = _rows(states[number], part)
+        with unchanged((some, few), called=called):
+            reading, after = sensor.read(some, few, memory)
         _check_reading(reading, len(part), called)
         return reading, after
 
-    check_steps(
-        start, step, rovers=rovers, steps=steps, given=(worlds, mission, states), called=called
-    )
+    check_steps(start, step, rovers=rovers, steps=steps, called=called)
 
 
 def _check_reading(reading: Any, n: int, called: str) -> None:

@@ -233,10 +233,11 @@ def _check_arrays(path: Path, channels: list[str], arrays: dict[str, Any]) -> No
         "length": (np.float64, (n,)),
         **{f"channel:{name}": (np.float64, (steps, n, -1)) for name in channels},
     }
-    for name, (dtype, shape) in wanted.items():
-        got = arrays.get(name)
-        if got is None:
+    for name in wanted:
+        if name not in arrays:
             raise FileError(f"{path} is damaged: it has no {name!r}")
+    for name, (dtype, shape) in wanted.items():
+        got = arrays[name]
         same = all(a in (b, -1) for a, b in zip(shape, got.shape, strict=False))
         if got.dtype != dtype or got.ndim != len(shape) or not same:
             raise FileError(

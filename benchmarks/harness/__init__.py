@@ -1,0 +1,1 @@
+"""How the benchmarks measure: peers in their own processes, rounds in turn, tables."""

@@ -1,0 +1,61 @@
+"""Make the pictures of the pages anew, by the program itself, into `docs/images/`.
+
+Those of real ground need the development data (ROVERNAV_DATA, or shared/data beside the checkout);
+without them they stay as they are. Pictures are reduced to 256 colours.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+ROOT = Path(__file__).resolve().parent.parent
+IMAGES = ROOT / "docs" / "images"
+PROGRAM = Path(sys.executable).with_name("rovernav")
+YARD = "dem/earth_marsyard2021_9cm/marsyard_terrain_hm.tif"
+LIMIT = 300_000
+"""Largest picture [bytes]."""
+
+
+def main() -> None:
+    """Run the commands and keep their pictures."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder)
+        rovernav("paper", "--out", out / "paper")
+        keep(out / "paper/figure3.png", "figure3.png")
+        keep(out / "paper/training.png", "training.png")
+        rovernav("paper", "--scenario", "bassil-replay-v1", "--out", out / "replay")
+        keep(out / "replay/figure3.png", "replay.png")
+        data = Path(os.environ.get("ROVERNAV_DATA") or ROOT.parent / "shared" / "data")
+        if not (data / YARD).exists():
+            sys.exit(f"no {YARD} in {data}: pictures of real ground stay as they are")
+        for name, goal in (("yard-reached", "35,20"), ("yard-collided", "35,15")):
+            ways = ("--from", "12,20", "--to", goal, "--frame", "local")
+            rovernav("drive", "--terrain", data / YARD, *ways, "--out", out / name)
+            keep(out / name / "drive.png", f"{name}.png")
+
+
+def rovernav(*words: object) -> None:
+    """Run a command of the program."""
+    subprocess.run([PROGRAM, *map(str, words)], check=True, stdout=subprocess.DEVNULL)
+
+
+def keep(picture: Path, name: str) -> None:
+    """Keep a picture under this name, in 256 colours."""
+    IMAGES.mkdir(exist_ok=True)
+    with Image.open(picture) as full:  # this method keeps rare colours, such as those of marks
+        few = full.convert("RGB").quantize(
+            256, method=Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE
+        )
+    few.save(IMAGES / name, optimize=True)
+    size = (IMAGES / name).stat().st_size
+    print(f"{IMAGES / name}: {size:,} bytes")
+    if size > LIMIT:
+        sys.exit(f"{name} is larger than {LIMIT:,} bytes")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,66 @@
+"""`rovernav compare`: controllers side by side on the same pairs of points."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from ._console import Json, Seed, print_json, print_table, progress_bar, say
+
+
+def compare(
+    terrain: Annotated[Path, Parameter(help="Elevation model: GeoTIFF, .npy or meta.json.")],
+    *,
+    controllers: Annotated[
+        str, Parameter(help="Names or network files, joined by commas.")
+    ] = "neural,goal-seeker",
+    pairs: Annotated[int, Parameter(help="Start and goal pairs.")] = 50,
+    rover: Annotated[str, Parameter(help="Preset or rover file.")] = "research",
+    cell: Annotated[float | None, Parameter(help="Cell of a .npy terrain [m].")] = None,
+    nearest: Annotated[float | None, Parameter(help="Shortest straight line [m].")] = None,
+    farthest: Annotated[float | None, Parameter(help="Longest straight line [m].")] = None,
+    seed: Seed = 0,
+    json: Json = False,
+) -> int:
+    """Drive the same solvable pairs, whose straight line is blocked, with several controllers.
+
+    Example: rovernav compare yard.tif --pairs 200 --controllers neural,goal-seeker,planner
+    """
+    from ..bench import draw_pairs, score
+    from ..core import SettingError
+    from ..learn import find_controller
+    from ..rover import read_rover
+    from ..terrain import read_terrain
+
+    if not 1 <= pairs <= 10_000:
+        raise SettingError(f"--pairs must be from 1 to 10000, got {pairs}")
+    if seed < 0:
+        raise SettingError(f"--seed must be 0 or above, got {seed}")
+    names = [name.strip() for name in controllers.split(",") if name.strip()]
+    drivers = [(name, find_controller(name)) for name in names]
+    if not drivers:
+        raise SettingError("--controllers names nobody; give one or more, like neural,goal-seeker")
+    ground = read_terrain(terrain, cell=cell)
+    drawn = draw_pairs(
+        ground, read_rover(rover), pairs, seed=seed, nearest=nearest, farthest=farthest
+    )
+    scores = []
+    for name, driver in drivers:
+        with progress_bar(name) as update:
+            scores.append(score(drawn, name, driver, on_event=lambda s: update(s, "ended")))
+    if json:
+        print_json({"terrain": str(terrain), "rover": rover, "pairs": pairs, "seed": seed,
+                    "scores": [one.report() for one in scores]})  # fmt: skip
+        return 0
+    rows = [
+        (one.name, f"{one.reached:.1%}", f"{one.low:.1%} to {one.high:.1%}",
+         ", ".join(f"{count} {how.replace('_', ' ')}" for how, count in one.counts.items()),
+         "" if one.detour != one.detour else f"{one.detour:.2f}", f"{one.seconds:.1f}")
+        for one in scores
+    ]  # fmt: skip
+    title = f"{pairs} pairs on {ground.name}, rover {rover}, straight line blocked"
+    print_table(title, ("", "reached", "95 % interval", "ends", "detour", "s"), rows)
+    say("Detour: driven over straight length, median of those that reached their goal.")
+    return 0

@@ -1,0 +1,108 @@
+"""From the options of `rovernav drive` to a scene and the settings that describe it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..scenes import Ground, Scenario, Scene
+
+GROUND = ("terrain", "cell", "from", "to", "frame")
+"""Options that say where to drive; a scenario says it itself."""
+
+
+def find_scene(
+    scenario: str | None, options: Mapping[str, Any]
+) -> tuple[Scene | Ground, dict[str, Any]]:
+    """The scene, and plain settings that are enough to set it again.
+
+    Args:
+        scenario: A named scenario, a scenario file, or nothing.
+        options: What the other options say, by name; None where not given.
+
+    Raises:
+        InputError: They do not make a drive.
+    """
+    from ..core import SettingError
+    from ..scenes import named_scene, scene_names, set_scene
+
+    given = {key: item for key, item in options.items() if item is not None}
+    _check_options(given)
+    if scenario is None and "terrain" not in given:
+        raise SettingError(
+            f"nothing to drive: name a scenario ({', '.join(scene_names())}), a SCENARIO.yaml, "
+            "or --terrain FILE --from X,Y --to X,Y"
+        )
+    if scenario in scene_names():
+        for option in (*GROUND, "rover"):
+            if option in given:
+                raise SettingError(f"--{option} does not go with the named scenario {scenario}")
+        seed = given.get("seed", 0)
+        settings = {"scenario": scenario, "seed": seed}
+        settings["controller"] = given.get("controller", "bassil")
+        return named_scene(scenario, seed=seed), settings
+    whole = _from_options(given) if scenario is None else _from_file(scenario, given)
+    return set_scene(whole), whole.model_dump(mode="json", by_alias=True, exclude_none=True)
+
+
+def _check_options(given: dict[str, Any]) -> None:
+    """Read the two points; refuse an unknown frame and empty names."""
+    from ..core import SettingError, suggest
+    from ..scenes import FRAMES
+
+    for end in ("from", "to"):
+        if end in given:
+            given[end] = _point(f"--{end}", given[end])
+    frame = given.get("frame", FRAMES[0])
+    if frame not in FRAMES:
+        raise SettingError(f"--frame has no {frame!r}; {suggest(frame, FRAMES)}")
+    for name in ("rover", "controller"):
+        if given.get(name) == "":
+            raise SettingError(f"--{name} must not be empty; leave it out for the usual one")
+
+
+def _from_options(given: Mapping[str, Any]) -> Scenario:
+    from ..core import SettingError, build
+    from ..scenes import Scenario
+
+    for end in ("from", "to"):
+        if end not in given:
+            raise SettingError(f"--terrain needs --{end} X,Y as well")
+    return build(Scenario, dict(given), source="the options")
+
+
+def _from_file(scenario: str, given: Mapping[str, Any]) -> Scenario:
+    from ..core import FileError, SettingError, suggest
+    from ..scenes import read_scenario, scene_names
+
+    path = Path(scenario)
+    if not scenario or (not path.suffix and not path.exists()):
+        raise FileError(
+            f"there is no scenario {scenario!r} and no such file; "
+            f"{suggest(scenario, scene_names())}"
+        )
+    if path.suffix.lower() not in (".yaml", ".yml"):
+        raise FileError(
+            f"{scenario} is no scenario: its name does not end in .yaml; "
+            "an elevation model is given as --terrain FILE --from X,Y --to X,Y"
+        )
+    for option in GROUND:
+        if option in given:
+            raise SettingError(f"--{option} does not go with a scenario file; write it there")
+    changes = {key: given[key] for key in ("rover", "controller", "seed") if key in given}
+    return read_scenario(path).model_copy(update=changes)
+
+
+def _point(option: str, text: str) -> tuple[float, float]:
+    from ..core import SettingError
+
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise SettingError(f"{option} must be two numbers X,Y like -3.5,1.2, got {text!r}")
+    return x, y

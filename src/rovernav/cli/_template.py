@@ -1,0 +1,46 @@
+"""`rovernav template`: a scenario file to start from."""
+
+from __future__ import annotations
+
+from ._console import print_json, say
+from ._options import Json
+
+TEMPLATE = """\
+# A drive for rovernav: save this as drive.yaml, then: rovernav drive drive.yaml
+# Every key is here; those with a default may be left out. Lengths are in metres.
+
+# The ground: an elevation model, or boxes on flat ground; not both.
+# terrain: yard.tif          # GeoTIFF, .npy or meta.json; a path beside this file
+# cell: 0.1                  # side of a cell, only for files that do not say it (.npy)
+boxes:                       # rectangles x0, y0, x1, y1
+  - [4.365, -1.0, 7.365, 3.75]
+
+# Where to.
+from: [0.0, 0.0]             # x, y; may be negative
+to: [11.73, 0.0]
+frame: crs                   # crs: the terrain's own coordinates; local: metres east and north of
+                             # its south-west corner; pixel: column and row from its top left
+
+# Who drives.
+rover: paper-point           # a preset (jackal, paper-point, perseverance, research, sojourner)
+                             # or a rover file, my-rover.yaml
+controller: bassil           # bassil: the paper's network; or a network file, network.safetensors
+
+# How long, and what is random.
+# time_limit_s: 60.0         # longest drive; five times the straight line where not given
+seed: 0                      # same seed, same drive
+"""
+
+
+def template(*, json: Json = False) -> int:
+    """Print a complete scenario file with comments, ready to be saved and driven.
+
+    Example: rovernav template > drive.yaml
+    """
+    if json:
+        import yaml
+
+        print_json(yaml.safe_load(TEMPLATE))
+    else:
+        say(TEMPLATE.rstrip("\n"))
+    return 0

@@ -1,0 +1,90 @@
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from rovernav.core import Frame, ShapeError
+from rovernav.sim import Grid, Worlds
+
+GRID = Grid(frame=Frame(cell=0.5, shape=(4, 6)), blocked=np.zeros((4, 6), np.uint8))
+
+
+def parts(**changes: Any) -> dict[str, Any]:
+    """Two worlds, with one box and with two, and three rovers."""
+    good = {
+        "boxes": np.array([[0.0, 0, 1, 1], [2, 2, 3, 3], [4, 4, 5, 6]]),
+        "offsets": np.array([0, 1, 3]),
+        "bounds": np.array([[-9.0, -9, 9, 9], [-8, -8, 8, 8]]),
+        "of": np.array([1, 0, 1]),
+    }
+    return {**good, **changes}
+
+
+def test_a_row_is_the_world_of_that_rover() -> None:
+    worlds = Worlds(**parts(), grid=GRID)
+    for k, boxes in ((0, worlds.boxes[1:]), (1, worlds.boxes[:1]), (2, worlds.boxes[1:])):
+        row = worlds.row(k)
+        assert_array_equal(row.boxes, boxes)
+        assert_array_equal(row.offsets, [0, len(boxes)])
+        assert_array_equal(row.bounds, worlds.bounds[[worlds.of[k]]])
+        assert_array_equal(row.of, [0])
+        assert row.grid is GRID
+
+
+def test_one_world_for_many_rovers() -> None:
+    worlds = Worlds.single([(0, 0, 1, 1)], rovers=3)
+    assert_array_equal(worlds.of, [0, 0, 0])
+    assert_array_equal(worlds.bounds, [[-np.inf, -np.inf, np.inf, np.inf]])
+    assert_array_equal(Worlds.single(grid=GRID).bounds, [[0, 0, 3, 2]])
+    assert_array_equal(Worlds.single(grid=GRID, bounds=(1, 1, 2, 2)).bounds, [[1, 1, 2, 2]])
+
+
+def test_one_box_in_each_of_many_worlds() -> None:
+    boxes = np.array([[0.0, 0, 1, 1], [2, 2, 3, 3]])
+    worlds = Worlds.one_box_each(boxes, bounds=(-9, -9, 9, 9))
+    for k in (0, 1):
+        assert_array_equal(worlds.row(k).boxes, boxes[[k]])
+        assert_array_equal(worlds.row(k).bounds, [[-9, -9, 9, 9]])
+
+
+def test_kernels_get_contiguous_arrays() -> None:
+    worlds = Worlds(**parts(boxes=np.asfortranarray(parts()["boxes"])), grid=GRID)
+    arrays = worlds.arrays()
+    assert all(a.flags.c_contiguous for a in (arrays.boxes, arrays.offsets, arrays.of))
+    assert arrays.cell == 0.5
+    assert arrays.blocked.shape == (4, 6)
+    assert Worlds(**parts()).arrays().blocked.shape == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"boxes": np.zeros((3, 3))}, "boxes must have shape (m, 4), got (3, 3)"),
+        ({"boxes": np.array([[1.0, 0, 0, 1]] * 3)}, "a box needs finite x0 <= x1 and y0 <= y1"),
+        ({"boxes": np.full((3, 4), np.nan)}, "a box needs finite x0 <= x1 and y0 <= y1"),
+        ({"offsets": np.array([1, 2, 3])}, "`offsets` must rise from 0 to the 3 boxes"),
+        ({"offsets": np.array([0, 1, 2])}, "`offsets` must rise from 0 to the 3 boxes"),
+        ({"offsets": np.array([0, 9, 3])}, "`offsets` must rise from 0 to the 3 boxes"),
+        ({"offsets": np.array([], int)}, "`offsets` must rise from 0 to the 3 boxes"),
+        ({"offsets": np.array([0, 3])}, "1 worlds need bounds (1, 4), got (2, 4)"),
+        ({"bounds": np.array([[0.0, 0, -1, 1]] * 2)}, "an edge needs x0 <= x1 and y0 <= y1"),
+        ({"bounds": np.full((2, 4), np.nan)}, "an edge needs x0 <= x1 and y0 <= y1"),
+        ({"of": np.array([0, 2])}, "`of` must name worlds 0 to 1"),
+        ({"of": np.array([-1, 0])}, "`of` must name worlds 0 to 1"),
+    ],
+)
+def test_worlds_that_kernels_could_not_read_are_refused(
+    changes: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ShapeError, match=re.escape(message)):
+        Worlds(**parts(**changes))
+
+
+@pytest.mark.parametrize("blocked", [np.zeros((6, 4), np.uint8), np.zeros((4, 6), bool)])
+def test_a_grid_must_fit_its_frame(blocked: Any) -> None:
+    with pytest.raises(ShapeError, match=re.escape("a grid needs uint8 cells of shape (4, 6)")):
+        Grid(frame=GRID.frame, blocked=blocked)
