@@ -37,7 +37,7 @@ long: setup ## all that takes minutes: oracles, fuzz, soaks, kernels without JIT
 	@$(PYTEST) --hypothesis-profile=long -m "long or oracle"
 
 demo: setup ## a whole drive, from an elevation model to pictures in demo/
-	@$(BIN)/rovernav demo --out demo
+	@$(BIN)/rovernav demo --out demo $(if $(wildcard ../shared/data/dem),--data ../shared/data)
 
 bench: setup ## speed beside peers; ARGS=--setup installs the peers first
 	@$(BIN)/python benchmarks/run.py $(ARGS)

@@ -16,6 +16,11 @@ ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
 PROGRAM = Path(sys.executable).with_name("rovernav")
 YARD = "dem/earth_marsyard2021_9cm/marsyard_terrain_hm.tif"
+YARD_DRIVES = {
+    "drive": "--from 10,25 --to 35,15 --rover research --controller neural",
+    "yard-reached": "--from 12,20 --to 35,20",
+    "yard-collided": "--from 12,20 --to 35,15",
+}
 LIMIT = 300_000
 """Largest picture [bytes]."""
 
@@ -32,9 +37,9 @@ def main() -> None:
         data = Path(os.environ.get("ROVERNAV_DATA") or ROOT.parent / "shared" / "data")
         if not (data / YARD).exists():
             sys.exit(f"no {YARD} in {data}: pictures of real ground stay as they are")
-        for name, goal in (("yard-reached", "35,20"), ("yard-collided", "35,15")):
-            ways = ("--from", "12,20", "--to", goal, "--frame", "local")
-            rovernav("drive", "--terrain", data / YARD, *ways, "--out", out / name)
+        for name, words in YARD_DRIVES.items():
+            ground = ("--terrain", data / YARD, "--frame", "local")
+            rovernav("drive", *ground, *words.split(), "--out", out / name)
             keep(out / name / "drive.png", f"{name}.png")
 
 

@@ -23,7 +23,7 @@ from rovernav.control import NeuralController
 from rovernav.learn import trained_paper_network
 from rovernav.rover import read_rover, standing
 from rovernav.scenes import ground_scene
-from rovernav.sim import Drive, simulate
+from rovernav.sim import simulate
 from rovernav.terrain import read_terrain
 
 YARD = Path("dem/earth_marsyard2021_9cm/marsyard_terrain_hm.tif")
@@ -53,14 +53,7 @@ def main() -> None:
         if math.dist(a, b) < APART or here == 0 or here != there:
             continue
         scene = ground_scene(terrain, rover, a, b).scene
-        drive = Drive(
-            worlds=scene.worlds,
-            mission=scene.mission,
-            sensors=scene.sensors,
-            controller=controller,
-            motion=scene.motion,
-        )
-        trace = simulate(drive)
+        trace = simulate(scene.drive(controller))
         clear = bool(trace.channels["clear_sight"][0, 0, 0])
         if sum(ends[clear].values()) < PAIRS:
             ends[clear][trace.ended().label] += 1

@@ -19,6 +19,7 @@ import io
 import re
 import shlex
 import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,7 +45,7 @@ def steps(page: str) -> list[Step]:
     """The blocks of a page that do something."""
     found = list(FENCE.finditer(page))
     out: list[Step] = []
-    for block, after in zip(found, [*found[1:], None], strict=True):
+    for block, after in zip(found, [*found[1:], None], strict=False):
         kind, title = block["kind"], block["title"]
         if kind in RUN or (kind in FILES and title):
             follows = after is not None and after["kind"] == "text" and not after["title"]
@@ -63,7 +64,9 @@ def run(page: str, folder: Path) -> Iterator[tuple[Step, str]]:
                 if step.kind == "python":
                     exec(compile(step.text, "page", "exec"), names)
                 elif step.kind == "bash":
-                    _shell(step.text, expect_error="error:" in (step.output or {"text": ""})["text"])
+                    _shell(
+                        step.text, expect_error="error:" in (step.output or {"text": ""})["text"]
+                    )
                 else:
                     Path(step.title or "").write_text(step.text, encoding="utf-8")
             yield step, printed.getvalue()
@@ -81,7 +84,7 @@ def _shell(text: str, *, expect_error: bool) -> None:
             code = main(words[1:])
         else:
             done = subprocess.run(line, shell=True, capture_output=True, text=True, check=False)
-            print(done.stdout + done.stderr, end="")
+            sys.stdout.write(done.stdout + done.stderr)
             code = done.returncode
         if (code != 0) != expect_error:
             raise AssertionError(f"{line!r} ended with exit code {code}")

@@ -37,8 +37,8 @@ def as_flat(matrices: list[Any]) -> Any:
 
 
 def scalars(**changes: Any) -> backprop.OnlineSettings:
-    """One cyclic epoch of the textbook rule, eta 0.25, without momentum; or something else."""
-    plain = backprop.OnlineSettings(0.25, 0.0, backprop.TEXTBOOK, 0.0, -1, 0, 1)
+    """One cyclic epoch of the textbook rule, eta 0.3, without momentum; or something else."""
+    plain = backprop.OnlineSettings(0.3, 0.0, backprop.TEXTBOOK, 0.0, -1, 0, 1)
     return plain._replace(**changes)
 
 

@@ -31,7 +31,7 @@ def test_training_equals_the_twin(
 ) -> None:
     network = random_network(case, rng)
     x, y = table(network, rng)
-    rates = {"eta": 0.25, "momentum": momentum, "rule": rule, "tolerance": 0.0, "seed": seed}
+    rates = {"eta": 0.3, "momentum": momentum, "rule": rule, "tolerance": 0.0, "seed": seed}
     w, v = as_lists(network, network.parameters), as_lists(network, 0 * network.parameters)
     naive.train(w, v, network.activations, x, y, {**rates, "epochs": 3})
     settings = scalars(
@@ -47,7 +47,7 @@ def test_training_equals_the_twin(
 def test_training_stops_where_the_twin_stops(rule: str, rng: np.random.Generator) -> None:
     network = random_network(CASES[2], rng)
     x, y = np.array([[0.0, 1.0], [1.0, 0.0]]), np.array([[0.5, 0.0], [0.0, 0.5]])
-    rates = {"eta": 0.25, "momentum": 0.5, "rule": rule, "tolerance": 0.3, "seed": 1}
+    rates = {"eta": 0.3, "momentum": 0.5, "rule": rule, "tolerance": 0.3, "seed": 1}
     w, v = as_lists(network, network.parameters), as_lists(network, 0 * network.parameters)
     done = naive.train(w, v, network.activations, x, y, {**rates, "epochs": 50})
     settings = scalars(momentum=0.5, rule=RULES[rule], tolerance=0.3, seed=1, epochs=50)

@@ -64,7 +64,7 @@ def test_outputs_become_speeds_that_stop_at_a_goal_in_sight(stop: bool, dtype: A
     rng = np.random.default_rng(1)
     outputs = rng.normal(size=(200, 2)).astype(dtype)
     goal, sight = rng.normal(size=(200, 2)), rng.integers(0, 2, (200, 1)).astype(float)
-    goal[:20] = 0.8287 * outputs[:20].astype(float)  # exactly one step away: it ends there too
+    goal[:20] = 0.8287 * outputs[:20, ::-1].astype(float)  # exactly as far away as the step goes
     out = np.full((200, 3), np.nan)
     k.axis_speeds(outputs, 0.8287, 2.0, goal, sight, stop, out)
     stopped = 0

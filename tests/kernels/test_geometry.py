@@ -102,6 +102,26 @@ def test_a_segment_meets_the_same_from_either_end(family: str) -> None:
         assert (k.first_cell(*a, *b, blocked) <= 1) == (k.first_cell(*b, *a, blocked) <= 1), (a, b)
 
 
+def through_a_corner(rng: np.random.Generator) -> tuple[Point, Point, Point]:
+    """Ends of a segment and a corner exactly on it, too fine for their differences to be floats."""
+    odd, way = 2 * rng.integers(2**18, 2**19) + 1, rng.integers(2**41, 2**42, 2)
+    corner = (odd * way >> 10) + rng.integers(-(2**41), 2**41, 2)
+    a, b = 2**10 * corner - odd * way, corner + 2**9 * way
+    ends = np.ldexp(a, -62), np.ldexp(b, -52), np.ldexp(corner, -52)
+    return tuple((float(x), float(y)) for x, y in ends)  # type: ignore[return-value]
+
+
+def test_a_corner_on_the_line_is_touched_and_one_beside_it_is_not() -> None:
+    rng = np.random.default_rng(7)
+    for _ in range(1000):
+        a, b, (x, y) = through_a_corner(rng)
+        touching, beside = (x, y - 1.0, x + 1.0, y), (x + 1e-11, y - 1.0, x + 1.0, y - 1e-11)
+        assert naive.first_box(a, b, touching) is not None
+        assert k.first_box(*a, *b, touching) <= 1.0, (a, b)
+        assert k.first_box(*b, *a, touching) <= 1.0, (a, b)
+        assert k.first_box(*a, *b, beside) == k.MISS, (a, b)
+
+
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("far", [1, 3, 6])
 def test_a_long_walk_still_sees_the_cells_beside_a_corner(far: int, turned: bool) -> None:

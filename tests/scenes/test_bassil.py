@@ -10,8 +10,8 @@ from rovernav.control import NeuralController
 from rovernav.core import Outcome, SettingError
 from rovernav.learn import literal_pass, paper_network, paper_training, train, trained_paper_network
 from rovernav.nets import Network
-from rovernav.scenes import OBSTACLE, PAPER_POINTS, B, bassil_scene, scenario_names
-from rovernav.sim import Trace, clearance, path_length, simulate
+from rovernav.scenes import OBSTACLE, PAPER_POINTS, STEP, A, B, bassil_scene, scenario_names
+from rovernav.sim import OffLine, Trace, clearance, path_length, simulate
 
 NAMES = ("bassil-v1", "bassil-replay-v1")
 
@@ -123,6 +123,21 @@ def test_the_mirrored_obstacle_is_the_mirrored_obstacle() -> None:
     (x0, y0, x1, y1), mirrored = OBSTACLE, bassil_scene(obstacle="mirrored").worlds.boxes
     assert_array_equal(mirrored, [[x0, -y1, x1, -y0]])
     assert len(bassil_scene(obstacle="none").worlds.boxes) == 0
+
+
+def test_scene_and_network_agree_on_what_is_assumed() -> None:
+    assert (A, B, STEP) == ((0.0, 0.0), (11.73, 0.0), 0.8287)
+    assert OBSTACLE == (4.365, -1.0, 7.365, 3.75)
+    for name, step, radius in (("bassil-v1", STEP, 1e-9), ("bassil-replay-v1", 1.0, 0.05)):
+        scene, codec = bassil_scene(name), paper_network(name).card.codec
+        assert codec is not None
+        assert (codec["step"], codec["period"]) == (step, scene.motion.period)
+        assert [sensor.name for sensor in scene.sensors] == ["clear_sight", "off_line"]
+        assert isinstance(scene.sensors[1], OffLine)
+        assert scene.sensors[1].threshold == step / 2
+        assert (scene.mission.goal_radius, scene.mission.time_limit) == (radius, 60.0)
+        assert_array_equal(scene.worlds.boxes, [OBSTACLE])
+        assert_array_equal(scene.worlds.bounds, [[-20, -20, 20, 20]])
 
 
 def test_a_drive_has_the_same_bits_every_time(v1: Trace) -> None:

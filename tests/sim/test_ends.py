@@ -124,6 +124,19 @@ def test_a_collision_comes_before_everything() -> None:
     assert trace.ended() is Outcome.COLLIDED
 
 
+def test_a_step_that_meets_something_beyond_the_edge_meets_it() -> None:
+    trace = simulate(drive(Always(9.0, 0.0, 0.0), (21.0, -1.0, 22.0, 1.0), starts=[(18.0, 0, 0)]))
+    assert trace.ended() is Outcome.COLLIDED
+    assert_array_equal(trace.path()[-1], [21, 0])
+
+
+def test_a_period_is_as_long_as_it_says() -> None:
+    trace = simulate(drive(Always(1.0, 0.5, 9.0), goal=(2.0, 1.0), period=0.25))
+    assert_array_equal(trace.path(), np.arange(9)[:, None] * [0.25, 0.125])
+    assert_array_equal(trace.time[:, 0], np.arange(9) * 0.25)
+    assert_array_equal(trace.pose[:, 0, 2], np.zeros(9))
+
+
 def test_those_that_ended_stay_as_they_are_while_others_drive() -> None:
     starts = [(0.0, 0.0, 0.0), (0.0, 5.0, 0.0), (8.0, 0.0, 0.0), (-19.0, 0.0, math.pi)]
     set_up = drive(FORWARD, WALL, starts=starts, limit=12.0)

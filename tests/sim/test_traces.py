@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import pickle
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -187,14 +187,24 @@ def test_foreign_files_are_refused(tmp_path: Path) -> None:
 
 
 class Bomb:
+    """Makes a folder when it is unpickled."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
     def __reduce__(self) -> Any:
-        return (warnings.warn, ("unpickled",))
+        return (os.mkdir, (str(self.folder),))
 
 
 def test_nothing_is_unpickled(good: bytes, tmp_path: Path) -> None:
-    for data in (changed(good, {"pose": np.array([Bomb()])}), npz(header=np.array(Bomb()))):
+    bomb = Bomb(tmp_path / "sprung")
+    for data in (
+        changed(good, {"pose": np.array([bomb])}),
+        npz(header=np.array(bomb)),
+        pickle.dumps(bomb),
+    ):
         assert refusal(data, tmp_path) == "FILE is not a trace, or is damaged"
-    assert refusal(pickle.dumps(Bomb()), tmp_path) == "FILE is not a trace, or is damaged"
+    assert not bomb.folder.exists()
 
 
 def changed(good: bytes, arrays: Any = (), *, without: str = "", header: Any = None) -> bytes:

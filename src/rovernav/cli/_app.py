@@ -24,7 +24,7 @@ from ._teach import teach
 from ._template import template
 from ._train import train
 
-OK, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+OK, FAILURE, BAD_INPUT = 0, 1, 2
 
 COMMANDS: dict[str, Callable[..., int]] = {
     "paper": paper,
@@ -40,15 +40,8 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG)
 """What a user's other words would not mend."""
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the program.
-
-    Args:
-        arguments: The words after ``rovernav``; the process's own where not given.
-
-    Returns:
-        0 on success, 1 on failure, 2 on bad input, 130 on Ctrl-C.
-    """
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run the program; answer every mistake with one sentence and an exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     if words[:1] == ["help"]:
         words = [*words[1:], "--help"]
@@ -59,8 +52,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             sys.stdout.flush()
     except CycloptsError as error:
         return complain(sentence(error, COMMANDS), BAD_INPUT, hint=_help_for(words))
-    except KeyboardInterrupt:
-        return complain("interrupted", INTERRUPTED)
     except BrokenPipeError:  # the reader of a pipe has gone: nothing is left to say
         _forget_output()
         return OK

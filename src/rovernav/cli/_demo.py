@@ -23,8 +23,14 @@ if TYPE_CHECKING:
     from ..sim import Trace
 
 YARD = Path("dem/earth_marsyard2021_9cm/marsyard_terrain_hm.tif")
-YARD_DRIVES = {"yard-reached": "35,20", "yard-collided": "35,15"}
-"""Drives from 12,20 and their goals."""
+JEZERO = Path("dem/mars_jezero_hirise/meta.json")
+REAL_DRIVES = (
+    ("yard-paper-reached", YARD, "11,22", "35,19", "bassil"),
+    ("yard-paper-collided", YARD, "20,34", "35,13", "bassil"),
+    ("yard-neural", YARD, "20,34", "35,13", "neural"),
+    ("jezero-neural", JEZERO, "1054,2494", "1257,1493", "neural"),
+)
+"""Name, terrain, from, to [m], controller."""
 
 
 def demo(
@@ -36,12 +42,12 @@ def demo(
     seed: Seed = 1,
     json: Json = False,
 ) -> int:
-    """Train the paper's network and drive it: its test case, rectangles, hills, real ground.
+    """Drive the paper's network and the neural driver: test case, rectangles, hills, real ground.
 
     Example: rovernav demo --out demo
     """
     began = time.monotonic()
-    yard = _yard(data)
+    folder = _data_folder(data)
     claim_folder(out)
     tell: Callable[[str], None] = (lambda text: None) if json else say
     report: dict[str, Any] = {}
@@ -53,13 +59,19 @@ def demo(
     tell("\n2. Three random rectangles across its way")
     report["rectangles"] = _rectangles(out / "rectangles.png")
     tell(_rectangles_in_words(report["rectangles"]))
-    tell("\n3. Generated hills, obstacles that nobody drew")
+    tell("\n3. Generated hills, obstacles that nobody drew: the paper's network")
     report["hills"] = _driven("hills-v1", {"seed": seed}, out / "hills", json=json)
-    tell("\n4. Real ground: the Mars Yard, 9 cm posts")
-    if yard is None:
-        tell(f"Skipped: no Mars Yard model here; --data FOLDER names a folder that has {YARD}")
-    for name, goal in YARD_DRIVES.items() if yard else ():
-        options = {"terrain": yard, "from": "12,20", "to": goal, "frame": "local"}
+    tell("\n4. Generated hills with rocks: the neural driver, which learnt by imitation")
+    report["rocky_hills"] = _driven("rocky-hills-v1", {"seed": seed}, out / "rocky", json=json)
+    tell("\n5. Real ground: the Mars Yard (9 cm posts) and Jezero crater (3.7 m posts)")
+    if folder is None:
+        tell(f"Skipped: no real terrain here; --data FOLDER names a folder that has {YARD}")
+    for name, terrain, start, goal, controller in REAL_DRIVES if folder else ():
+        if folder is None or not (folder / terrain).is_file():
+            continue
+        tell(f"\n{name.replace('-', ', ')}: {start} to {goal}")
+        options = {"terrain": folder / terrain, "from": start, "to": goal, "frame": "local"}
+        options["controller"] = controller
         report[name] = _driven(None, options, out / name, json=json)
 
     report["seconds"] = time.monotonic() - began
@@ -129,8 +141,8 @@ def _rectangles_in_words(report: dict[str, Any]) -> str:
     )
 
 
-def _yard(data: Path | None) -> Path | None:
-    """The Mars Yard's model; whoever names a folder without one is told at once."""
+def _data_folder(data: Path | None) -> Path | None:
+    """The folder of real terrain; whoever names one without the Mars Yard is told at once."""
     from ..core import FileError
 
     named = os.environ.get("ROVERNAV_DATA")
@@ -141,4 +153,4 @@ def _yard(data: Path | None) -> Path | None:
         if data is not None:
             raise FileError(f"--data {data} has no {YARD}; name the folder that holds it")
         return None
-    return folder / YARD
+    return folder

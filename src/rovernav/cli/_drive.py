@@ -15,6 +15,7 @@ from ._options import Cell, InFile, Json, Out, SeedValue
 from ._place import find_scene
 
 if TYPE_CHECKING:
+    from ..core import Controller
     from ..scenes import Ground, Scene
     from ..sim import Trace
 
@@ -44,10 +45,17 @@ def drive(
     ] = None,
     controller: Annotated[
         str | None,
-        Parameter(help="bassil (the paper's network, default), another name or a network file."),
+        Parameter(
+            help="bassil (the paper's network, default), neural (the shipped driver), "
+            "goal-seeker, planner, or a network file."
+        ),
     ] = None,
     rover: Annotated[
-        str | None, Parameter(help="Preset or rover file; default paper-point.")
+        str | None,
+        Parameter(help="Preset or rover file; default paper-point for bassil, else research."),
+    ] = None,
+    rocks: Annotated[
+        float | None, Parameter(help="Scatter rocks over this share of the ground, like 0.05.")
     ] = None,
     require: Annotated[
         str | None, Parameter(help="Outcome to insist on, like reached; otherwise exit code 1.")
@@ -64,13 +72,13 @@ def drive(
     not an error: the exit code is 0 unless --require asks for more. For a scenario file to start
     from, see rovernav template.
 
-    Example: rovernav drive --terrain yard.tif --from 12,20 --to 35,30 --frame local
+    Example: rovernav drive --terrain yard.tif --from -3.5,1.2 --to 8,5 --controller neural
     """
     report, title = run_drive(
         scenario,
         {
             "terrain": terrain, "cell": cell, "from": start, "to": goal, "frame": frame,
-            "rover": rover, "controller": controller, "seed": seed,
+            "rover": rover, "controller": controller, "rocks": rocks, "seed": seed,
         },
         require=require,
         out=out,
@@ -128,12 +136,11 @@ def _simulate(
     out: Path,
     update: Callable[[float, str], None],
 ) -> Trace:
-    from ..learn import find_controller
     from ..scenes import Ground
     from ..sim import DriveState, simulate
 
     inner = scene.scene if isinstance(scene, Ground) else scene
-    set_up = inner.drive(find_controller(settings["controller"]))
+    set_up = inner.drive(_controller(settings["controller"]))
     claim_folder(out)
     limit = inner.mission.time_limit
 
@@ -142,6 +149,16 @@ def _simulate(
         update(now / limit, f"{now:.0f} s, {float(state.rovers.odometry[0]):.1f} m")
 
     return simulate(set_up, seed=int(settings["seed"]), on_event=on_event, settings=settings)
+
+
+def _controller(name: str) -> Controller:
+    from ..core import SettingError
+    from ..learn import find_controller
+
+    try:
+        return find_controller(name)
+    except SettingError as error:  # the file is sound, but no driver
+        raise SettingError(f"{name}: {error}") from None
 
 
 def _report(scene: Scene | Ground, trace: Trace) -> dict[str, Any]:
@@ -182,12 +199,27 @@ def _write(files: list[Path], scene: Scene | Ground, trace: Trace) -> None:
     picture, table, line, whole = files
     terrain = scene.terrain if isinstance(scene, Ground) else None
     if isinstance(scene, Ground):
-        draw_drive(trace, picture, terrain=scene.terrain, standing=scene.standing)
+        draw_drive(
+            trace, picture, terrain=scene.terrain, standing=scene.standing,
+            sensed=_sensed(scene, trace),
+        )  # fmt: skip
     else:
         draw_worlds(trace, scene.worlds, picture, columns=1)
     write_path_csv(trace, table, terrain=terrain)
     write_path_geojson(trace, line, terrain=terrain)
     save_trace(trace, whole)
+
+
+def _sensed(scene: Ground, trace: Trace) -> Any:
+    """Where range beams met something, at most some ten thousand points; None without a fan."""
+    from ..sim import RangeFan
+
+    fans = [sensor for sensor in scene.scene.sensors if isinstance(sensor, RangeFan)]
+    steps = int(trace.steps[0])
+    if not fans or not steps:
+        return None
+    fan, every = fans[0], 1 + steps * len(fans[0].angles) // 20_000
+    return fan.points(trace.pose[:steps:every, 0], trace.channels[fan.name][:steps:every, 0])
 
 
 def print_drive(report: dict[str, Any], title: str) -> None:

@@ -18,6 +18,8 @@ def _file(_kind: Any, tokens: Sequence[Any]) -> Path:
     text = tokens[0].value
     if not text:
         raise ValueError("must not be empty; the present folder is written as .")
+    if "://" in text:
+        raise ValueError(f"must be on this machine, got {text!r}; download it first")
     return Path(text)
 
 

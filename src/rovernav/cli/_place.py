@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from ..scenes import Ground, Scenario, Scene
 
-GROUND = ("terrain", "cell", "from", "to", "frame")
+GROUND = ("terrain", "cell", "from", "to", "frame", "rocks")
 """Options that say where to drive; a scenario says it itself."""
 
 
@@ -27,7 +27,9 @@ def find_scene(
         InputError: They do not make a drive.
     """
     from ..core import SettingError
+    from ..learn import usual_rover
     from ..scenes import named_scene, scene_names, set_scene
+    from ..sim import TwoAxis
 
     given = {key: item for key, item in options.items() if item is not None}
     _check_options(given)
@@ -41,10 +43,14 @@ def find_scene(
             if option in given:
                 raise SettingError(f"--{option} does not go with the named scenario {scenario}")
         seed = given.get("seed", 0)
+        scene = named_scene(scenario, seed=seed)
+        usual = "bassil" if isinstance(scene.motion, TwoAxis) else "neural"
         settings = {"scenario": scenario, "seed": seed}
-        settings["controller"] = given.get("controller", "bassil")
-        return named_scene(scenario, seed=seed), settings
+        settings["controller"] = given.get("controller", usual)
+        return scene, settings
     whole = _from_options(given) if scenario is None else _from_file(scenario, given)
+    if whole.rover is None:
+        whole = whole.model_copy(update={"rover": usual_rover(whole.controller)})
     return set_scene(whole), whole.model_dump(mode="json", by_alias=True, exclude_none=True)
 
 

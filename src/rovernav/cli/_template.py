@@ -12,6 +12,7 @@ TEMPLATE = """\
 # The ground: an elevation model, or boxes on flat ground; not both.
 # terrain: yard.tif          # GeoTIFF, .npy or meta.json; a path beside this file
 # cell: 0.1                  # side of a cell, only for files that do not say it (.npy)
+# rocks: 0.05                # scatter rocks over this share of the terrain, by seed
 boxes:                       # rectangles x0, y0, x1, y1
   - [4.365, -1.0, 7.365, 3.75]
 
@@ -24,7 +25,8 @@ frame: crs                   # crs: the terrain's own coordinates; local: metres
 # Who drives.
 rover: paper-point           # a preset (jackal, paper-point, perseverance, research, sojourner)
                              # or a rover file, my-rover.yaml
-controller: bassil           # bassil: the paper's network; or a network file, network.safetensors
+controller: bassil           # bassil: the paper's network; neural: the shipped driver, for rovers
+                             # with differential drive; goal-seeker; planner; or a network file
 
 # How long, and what is random.
 # time_limit_s: 60.0         # longest drive; five times the straight line where not given

@@ -27,6 +27,8 @@ class HeadingCodec:
         turn_rate: Turn rate [rad/s].
         period: Time between two decisions [s].
         margin: Distance kept from what the beams see ahead [m].
+        commitment: How much a heading's logit falls per radian of turning to it: a rover that
+            changes its mind at every step gets nowhere.
     """
 
     name = "headings"
@@ -40,6 +42,7 @@ class HeadingCodec:
         turn_rate: float = 0.698,
         period: float = 1.0,
         margin: float = 0.05,
+        commitment: float = 1.0,
     ) -> None:
         for what, number in (("speed", speed), ("turn_rate", turn_rate), ("period", period)):
             if not (math.isfinite(number) and number > 0):
@@ -51,6 +54,7 @@ class HeadingCodec:
         self.rays, self.headings = int(rays), int(headings)
         self.speed, self.turn_rate = float(speed), float(turn_rate)
         self.period, self.margin = float(period), float(margin)
+        self.commitment = float(commitment)
 
     @property
     def sizes(self) -> tuple[int, int]:
@@ -72,7 +76,11 @@ class HeadingCodec:
         """The body twist (n, 3) that turns to the chosen heading and drives as far as is seen."""
         twist = np.empty((len(outputs), 3))
         limits = kernels.Limits(
-            speed=self.speed, turn_rate=self.turn_rate, period=self.period, margin=self.margin
+            speed=self.speed,
+            turn_rate=self.turn_rate,
+            period=self.period,
+            margin=self.margin,
+            commitment=self.commitment,
         )
         kernels.decode(
             np.ascontiguousarray(outputs, dtype=np.float64),
@@ -93,4 +101,5 @@ class HeadingCodec:
             "turn_rate": self.turn_rate,
             "period": self.period,
             "margin": self.margin,
+            "commitment": self.commitment,
         }

@@ -24,12 +24,14 @@ class Limits(NamedTuple):
         turn_rate: Turn rate [rad/s].
         period: Time between two decisions [s].
         margin: Distance kept from what the beams see ahead [m].
+        commitment: How much a heading's logit falls per radian of turning to it.
     """
 
     speed: float
     turn_rate: float
     period: float
     margin: float
+    commitment: float
 
 
 @kernel()
@@ -55,7 +57,7 @@ def decode(logits: Any, goal: Any, beams: Any, limits: Limits, out: Any) -> None
     """
     for k in range(logits.shape[0]):
         to_goal = math.atan2(goal[k, 1], goal[k, 0])
-        e = _wrap(to_goal + _strongest(logits, k))
+        e = _wrap(to_goal + _strongest(logits, k, to_goal, limits.commitment))
         w = min(max(e / limits.period, -limits.turn_rate), limits.turn_rate)
         v = 0.0
         if abs(e) < SHARP:
@@ -71,13 +73,15 @@ def _wrap(a: float) -> float:
 
 
 @kernel()
-def _strongest(logits: Any, k: int) -> float:
+def _strongest(logits: Any, k: int, to_goal: float, commitment: float) -> float:
     """Angle of the strongest heading from the goal's direction, between bins."""
     h = logits.shape[1]
-    best = 0
-    for b in range(1, h):
-        if logits[k, b] > logits[k, best]:
-            best = b
+    best, most = 0, -math.inf
+    for b in range(h):
+        turn = abs(_wrap(to_goal + 2.0 * math.pi * b / h))
+        strength = logits[k, b] - commitment * turn
+        if strength > most:
+            best, most = b, strength
     left, right = logits[k, (best + 1) % h], logits[k, (best - 1) % h]
     bend = 2.0 * logits[k, best] - left - right
     shift = 0.5 * (left - right) / bend if bend > 0.0 else 0.0

@@ -3,7 +3,7 @@
 from ._batch_settings import OPTIMIZERS, SCHEDULES, BatchSettings
 from ._checkpoint import checkpointer, load_training, save_training
 from ._describe import describe
-from ._drivers import find_controller
+from ._drivers import find_controller, usual_rover
 from ._imitate import Lesson, fresh_network, mirrored, teach
 from ._minibatch import BatchTraining, advance_batches, train_batches
 from ._online import (
@@ -76,6 +76,7 @@ __all__ = [
     "train",
     "train_batches",
     "trained_paper_network",
+    "usual_rover",
     "weight_names",
     "worked_example",
     "write_patterns",

@@ -6,12 +6,26 @@ from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
 
-from ..control import GoalSeeker, NeuralController, SensedPlanner
+from ..control import BassilCodec, GoalSeeker, NeuralController, SensedPlanner
 from ..core import Controller, FileError, suggest
 from ..nets import load_network
 from ._paper import trained_paper_network
 
 NAMED = ("bassil", "goal-seeker", "neural", "planner")
+
+def usual_rover(name: str) -> str:
+    """The rover preset that a controller is made for.
+
+    Args:
+        name: As for `find_controller`.
+
+    Raises:
+        RovernavError: As `find_controller`.
+    """
+    driver = find_controller(name)
+    paper = isinstance(driver, NeuralController) and isinstance(driver.codec, BassilCodec)
+    return "paper-point" if paper else "research"
+
 
 SHIPPED = "headings-v1.safetensors"
 _CLASSICAL: dict[str, Callable[[], Controller]] = {

@@ -36,6 +36,11 @@ class Ground:
     rover: Rover
     standing: Standing
 
+    @property
+    def motion(self) -> Motion:
+        """How the rover moves."""
+        return self.scene.motion
+
 
 def ground_scene(
     terrain: Terrain,

@@ -19,12 +19,14 @@ from pydantic import (
 from ..core import Mission, SettingError, build, read_yaml, suggest
 from ..rover import Rover, read_rover
 from ..sim import ClearSight, OffLine, TwoAxis, Worlds
-from ..terrain import Terrain, read_terrain
+from ..terrain import Terrain, read_terrain, scatter_rocks, with_rocks
 from ._bassil import Scene
 from ._ground import PATIENCE, Ground, ground_scene, to_local
 
 FARTHEST = 100_000.0
 """Largest coordinate on ground without a terrain [m]."""
+SMALLEST_ROCK, LARGEST_ROCK = 0.15, 2.0
+"""Diameters of scattered rocks [m]."""
 SUFFIXES = (".yaml", ".yml")
 
 
@@ -63,7 +65,9 @@ class Scenario(BaseModel):
         start: Key ``from``: x, y in `frame`.
         goal: Key ``to``: x, y in `frame`.
         frame: How `start` and `goal` are given: ``crs``, ``local`` or ``pixel``.
-        rover: Preset, or rover file relative to the scenario file.
+        rocks: Share of the ground that scattered rocks cover, 0.05 for 5 %; none where not given.
+        rover: Preset, or rover file relative to the scenario file; the controller's usual one where
+            not given.
         controller: A controller's name, or a network file relative to the scenario file.
         time_limit_s: Longest drive [s]; five times the straight line where not given.
         seed: Seed of everything random.
@@ -77,7 +81,8 @@ class Scenario(BaseModel):
     start: Point = Field(alias="from")
     goal: Point = Field(alias="to")
     frame: Literal["crs", "local", "pixel"] = "crs"
-    rover: str = "paper-point"
+    rocks: Annotated[float, Above0] | None = None
+    rover: str | None = None
     controller: str = "bassil"
     time_limit_s: Annotated[float, Above0] | None = None
     seed: Annotated[int, Field(ge=0, lt=2**63, strict=True)] = 0
@@ -87,7 +92,7 @@ class Scenario(BaseModel):
         """The keys as a scenario file writes them."""
         return [field.alias or name for name, field in cls.model_fields.items()]
 
-    @field_validator("cell", "frame")
+    @field_validator("cell", "frame", "rocks")
     @classmethod
     def _goes_with_terrain(cls, item: Any, info: ValidationInfo) -> Any:
         if item not in (None, "crs", "local") and info.data.get("terrain", ...) is None:
@@ -121,7 +126,7 @@ def read_scenario(path: Path) -> Scenario:
     beside: dict[str, Any] = {}
     if scenario.terrain is not None:
         beside["terrain"] = path.parent / scenario.terrain
-    if scenario.rover.endswith(SUFFIXES):
+    if scenario.rover and scenario.rover.endswith(SUFFIXES):
         beside["rover"] = str(path.parent / scenario.rover)
     if scenario.controller.endswith(".safetensors"):
         beside["controller"] = str(path.parent / scenario.controller)
@@ -134,14 +139,16 @@ def set_scene(scenario: Scenario) -> Scene | Ground:
     Raises:
         RovernavError: The terrain or rover cannot be read, or start or goal cannot be stood on.
     """
-    rover = read_rover(scenario.rover)
+    rover = read_rover(scenario.rover or "paper-point")
     if scenario.terrain is None:
         return _flat(scenario, rover)
     return on_terrain(scenario, read_terrain(scenario.terrain, cell=scenario.cell), rover)
 
 
 def on_terrain(scenario: Scenario, terrain: Terrain, rover: Rover) -> Ground:
-    """The scene of a scenario on a terrain that has been read already."""
+    """The scene of a scenario on a terrain that has been read already, its rocks scattered."""
+    if scenario.rocks is not None:
+        terrain = strewn(terrain, scenario.rocks, seed=scenario.seed)
     return ground_scene(
         terrain,
         rover,
@@ -149,6 +156,25 @@ def on_terrain(scenario: Scenario, terrain: Terrain, rover: Rover) -> Ground:
         to_local(terrain, scenario.goal, scenario.frame),
         time_limit=scenario.time_limit_s,
     )
+
+
+def strewn(terrain: Terrain, abundance: float, *, seed: int) -> Terrain:
+    """The terrain with rocks scattered over it (Golombek and Rapp 1997).
+
+    Rocks are 0.15 to 2 m large; on coarse terrain at least half a cell and up to four times that,
+    because a post cannot show less.
+
+    Args:
+        terrain: The ground.
+        abundance: Share of the ground that rocks of all sizes cover.
+        seed: Where the rocks lie.
+    """
+    smallest = max(SMALLEST_ROCK, 0.5 * terrain.frame.cell)
+    rocks = scatter_rocks(
+        terrain.frame, abundance, smallest=smallest, largest=max(LARGEST_ROCK, 4.0 * smallest),
+        rng=np.random.default_rng([seed, 17]),
+    )  # fmt: skip
+    return with_rocks(terrain, rocks)
 
 
 def _flat(scenario: Scenario, rover: Rover) -> Scene:

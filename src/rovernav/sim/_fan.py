@@ -37,6 +37,19 @@ class RangeFan:
         self.reach = float(reach)
         self.angles: F64 = np.linspace(-view / 2, view / 2, beams)
 
+    def points(self, poses: F64, readings: F64) -> F64:
+        """Where the beams of one rover met something: local points (m, 2) [m].
+
+        Args:
+            poses: Poses (t, 3) at which it looked.
+            readings: What it read there (t, beams) [m].
+        """
+        a = poses[:, 2:3] + self.angles
+        x = poses[:, :1] + readings * np.cos(a)
+        y = poses[:, 1:2] + readings * np.sin(a)
+        met = readings < self.reach
+        return np.stack([x[met], y[met]], axis=1)
+
     def start(self, mission: Mission, rng: np.random.Generator) -> None:
         """Nothing to remember."""
         return

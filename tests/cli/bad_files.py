@@ -1,0 +1,99 @@
+"""Files that no command can use, each wrong in one way."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rovernav.learn import OnlineSettings, Training, paper_network, paper_training, save_training
+from rovernav.nets import Card, Network, save_network
+from rovernav.sim import Trace
+from tests.cli.runner import run, write_ground
+
+TABLE = "in:x,in:y,out:u,out:v\n0,0,1,1\n0,1,1,-1\n"
+ENDS = "from: [0, 0]\nto: [9, 0]\n"
+
+
+def table(text: str | bytes = TABLE) -> None:
+    raw = text if isinstance(text, bytes) else text.encode()
+    Path("table.csv").write_bytes(raw)
+
+
+def scenario(more: str = "", *, ends: str = ENDS) -> None:
+    Path("drive.yaml").write_text(ends + more)
+
+
+def rover(**changes: str) -> None:
+    keys = {
+        "name": "mine", "source": "a test", "drive": "two-axis", "length_m": "0.0",
+        "width_m": "0.0", "wheel_radius_m": "0.0", "clearance_m": "0.2", "max_slope_deg": "20.0",
+        "max_step_m": "0.2", "speed_m_s": "1.0", "step_m": "1.0",
+    } | changes  # fmt: skip
+    Path("rover.yaml").write_text("".join(f"{key}: {item}\n" for key, item in keys.items()))
+
+
+def network(topology: tuple[int, ...] = (2, 3, 2), codec: dict[str, Any] | None = None) -> None:
+    names = ("sigmoid",) * (len(topology) - 2) + ("linear",)
+    drawn = Network.seeded(topology, names, np.random.default_rng(0))
+    save_network(drawn.with_card(Card(codec=codec)), Path("net.safetensors"))
+
+
+def spoil(path: str, *, keep: float = 1.0) -> None:
+    """Cut a file off, or turn one bit of its last byte."""
+    raw = bytearray(Path(path).read_bytes())
+    if keep == 1.0:
+        raw[-1] ^= 1
+    Path(path).write_bytes(raw[: int(keep * len(raw))])
+
+
+def foreign_safetensors() -> None:
+    from safetensors.numpy import save_file
+
+    save_file({"a": np.zeros(3)}, "net.safetensors")
+
+
+def checkpoint(**changes: Any) -> None:
+    """An unfinished training of the paper's network."""
+    _, patterns, settings = paper_training()
+    settings = dataclasses.replace(settings, **changes)
+    assert isinstance(settings, OnlineSettings)
+    save_training(Training.fresh(paper_network()), settings, patterns, Path("run.ckpt"))
+
+
+def trace(keep: float = 1.0) -> None:
+    assert run("drive", "bassil-v1", "--out", ".").code == 0
+    assert Trace
+    spoil("trace.npz", keep=keep)
+
+
+def ground(**changes: Any) -> None:
+    """An elevation model; see `write_ground` for what is right about it."""
+    import rasterio
+
+    if transform := changes.get("transform"):
+        changes["transform"] = rasterio.Affine(*transform)
+    write_ground(Path("ground.tif"), **changes)
+
+
+def ground_of(height: float) -> None:
+    """An elevation model with one height everywhere."""
+    import rasterio
+
+    ground(nodata=-9999.0)
+    with rasterio.open("ground.tif", "r+") as file:
+        file.write(np.full((40, 60), height, np.float32), 1)
+
+
+def ground_in_feet() -> None:
+    import rasterio
+
+    ground()
+    with rasterio.open("ground.tif", "r+") as file:
+        file.units = ("ft",)
+
+
+def array(heights: Any) -> None:
+    np.save("ground.npy", heights, allow_pickle=True)

@@ -1,0 +1,147 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rovernav.learn import shipped_patterns, write_patterns
+from rovernav.nets import load_network, weights_sha256
+from tests.cli.runner import run, tell
+
+PAPER = ("train", "bassil-v1", "--init", "paper")
+
+
+def test_the_papers_weights_end_where_rovernav_paper_ends() -> None:
+    trained, paper = tell(*PAPER), tell("paper")
+    assert trained["weights_sha256"] == paper["weights_sha256"]
+    assert (trained["stop"], trained["epochs"]) == ("tolerance", paper["epochs"])
+    assert trained["updates"] == 4 * trained["epochs"]
+    network = load_network(Path("rovernav-train/network.safetensors"))
+    assert weights_sha256(network) == trained["weights_sha256"]
+    assert np.array_equal(network.parameters, trained["weights"])
+
+
+@pytest.mark.parametrize(
+    ("rule", "momentum", "epochs"), [("paper", "0.9", 50), ("textbook", ".5", 674)]
+)
+def test_rules_need_the_epochs_of_the_table(rule: str, momentum: str, epochs: int) -> None:
+    report = tell(*PAPER, "--rule", rule, "--momentum", momentum)
+    assert report["epochs"] == pytest.approx(epochs, abs=1)
+
+
+def test_the_written_network_says_how_it_was_trained() -> None:
+    tell(*PAPER, "--rule", "textbook", "--order", "shuffled", "--seed", "7", "--eta", ".3")
+    training = load_network(Path("rovernav-train/network.safetensors")).card.training
+    assert training is not None
+    said = {key: training[key] for key in ("rule", "order", "seed", "eta", "momentum", "tolerance")}
+    assert said == {"rule": "textbook", "order": "shuffled", "seed": 7, "eta": 0.3,
+                    "momentum": 0.5, "tolerance": 0.01}  # fmt: skip
+
+
+def test_orders_and_seeds_differ_and_repeat() -> None:
+    def weights(*words: str) -> str:
+        return tell(*PAPER, "--epochs", "20", *words)["weights_sha256"]
+
+    assert weights("--order", "shuffled") == weights("--order", "shuffled")
+    assert weights("--order", "shuffled") != weights("--order", "cyclic")
+    assert weights("--order", "shuffled") != weights("--order", "shuffled", "--seed", "1")
+    drawn = [tell("train", "bassil-v1", "--epochs", "0", "--seed", s)["weights"] for s in "011"]
+    assert drawn[1] == drawn[2] != drawn[0]
+
+
+def test_a_table_of_ones_own_is_the_shipped_one() -> None:
+    write_patterns(shipped_patterns("bassil-v1"), Path("my table ü.csv"))
+    mine = tell("train", "my table ü.csv", "--init", "paper")
+    assert mine["weights_sha256"] == tell(*PAPER)["weights_sha256"]
+
+
+def test_the_topology_is_that_of_the_given_network() -> None:
+    tell("train", "bassil-v1", "--topology", "2-5-2", "--epochs", "3", "--out", "a")
+    on = tell(
+        "train", "bassil-v1", "--init", "a/network.safetensors", "--epochs", "3", "--out", "b"
+    )
+    assert on["topology"] == "2-5-2"
+
+
+def test_other_activations() -> None:
+    report = tell("train", "bassil-v1", "--topology", "2-4-3-2", "--activations",
+                  "tanh, sigmoid,linear", "--epochs", "2e1")  # fmt: skip
+    assert report["updates"] == 80
+    network = load_network(Path("rovernav-train/network.safetensors"))
+    assert network.activations == ("tanh", "sigmoid", "linear")
+
+
+@pytest.mark.parametrize("order", ["cyclic", "shuffled"])
+def test_the_trace_has_a_line_for_every_update(order: str) -> None:
+    report = tell(*PAPER, "--trace", "deep/t.csv", "--order", order)
+    header, *lines = Path("deep/t.csv").read_text().splitlines()
+    assert header.startswith("epoch,pattern,matrix1[0][0],")
+    assert len(lines) == report["updates"]
+    assert list(map(float, lines[-1].split(",")[2:])) == report["weights"]
+    assert tell(*PAPER, "--order", order)["weights_sha256"] == report["weights_sha256"]
+
+
+def test_a_dash_prints_the_trace_beside_the_result() -> None:
+    said = run(*PAPER, "--epochs", "1", "--trace", "-")
+    assert said.out.count("epoch 1, pattern") == 4
+    assert "matrix2[0][0] = 0.132230277" in said.out
+    said = run(*PAPER, "--epochs", "1", "--trace", "-", "--json")
+    assert json.loads(said.out)["updates"] == 4
+    assert said.err.count("epoch 1, pattern") == 4
+
+
+def test_no_epochs_keep_the_first_weights() -> None:
+    report = tell(*PAPER, "--epochs", "0")
+    assert (report["stop"], report["updates"], report["weights"][0]) == ("epochs", 0, 0.17)
+
+
+@pytest.mark.parametrize("eta", ["100", "1e9", "1e300"])
+def test_a_diverged_training_fails_but_keeps_a_network(eta: str) -> None:
+    report = tell(*PAPER, "--eta", eta, code=1)
+    assert report["stop"] == "diverged"
+    assert np.isfinite(load_network(Path("rovernav-train/network.safetensors")).parameters).all()
+    said = run(*PAPER, "--eta", eta)
+    assert (said.code, said.err) == (1, "")
+    assert "try a smaller --eta or --momentum" in said.out
+
+
+def test_a_checkpoint_goes_on_to_the_same_bits() -> None:
+    whole = tell(*PAPER)
+    part = run(*PAPER, "--epochs", "100", "--checkpoint", "c/run.ckpt")
+    assert part.code == 0
+    resumed = run(*PAPER, "--checkpoint", "c/run.ckpt", "--resume", "--json")
+    assert resumed.err == "Resumed from c/run.ckpt at epoch 100.\n"
+    report = json.loads(resumed.out)
+    for key in ("epochs", "updates", "weights_sha256"):
+        assert report[key] == whole[key]
+
+
+def test_resume_without_a_checkpoint_begins_and_says_so() -> None:
+    said = run(*PAPER, "--checkpoint", "run.ckpt", "--resume", "--json")
+    assert (said.code, json.loads(said.out)["epochs"]) == (0, tell(*PAPER)["epochs"])
+    assert said.err == ("There is no checkpoint at run.ckpt yet: training from the beginning.\n")
+
+
+def test_the_first_part_of_a_trace_is_not_written_over() -> None:
+    run(*PAPER, "--epochs", "2", "--checkpoint", "run.ckpt", "--trace", "t.csv")
+    before = Path("t.csv").read_bytes()
+    words = (*PAPER, "--epochs", "4", "--checkpoint", "run.ckpt", "--resume", "--trace")
+    said = run(*words, "t.csv")
+    assert (said.code, Path("t.csv").read_bytes()) == (2, before)
+    assert "name another file for those from 3 on" in said.err
+    run(*words, "rest.csv")
+    whole = (*PAPER, "--epochs", "4", "--trace", "whole.csv")
+    run(*whole)
+    rest = Path("rest.csv").read_text().split("\n", 1)[1]
+    assert before.decode() + rest == Path("whole.csv").read_text()
+
+
+def test_words() -> None:
+    said = run(*PAPER)
+    first, second, *files = said.out.splitlines()
+    assert first.startswith("Every error is within the tolerance: epoch 215, 860 updates, ")
+    assert second.startswith("Largest |error| 0.00993")
+    assert files == ["Written:", "  rovernav-train/network.safetensors",
+                     "  rovernav-train/training.png"]  # fmt: skip
