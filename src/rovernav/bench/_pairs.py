@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core import F64, Controller, Outcome, value
+from ..core import F64, Controller, Outcome, SettingError, value
 from ..rover import Rover, standing
 from ..scenes import Scene, equip, fenced, free_pairs, pair_mission
 from ..sim import DriveState, Grid, Trace, Worlds, simulate
@@ -91,14 +91,20 @@ def draw_pairs(
         seed: Where they come from.
         nearest: Shortest straight line [m]; a sixth of the map's shorter side where not given.
         farthest: Longest straight line [m]; a third of the map's longer side beyond 300 m.
+
+    Raises:
+        SettingError: Distances that no pair can have, or the ground has too few such pairs.
     """
     width, height = terrain.frame.extent
     near = min(width, height) / 6.0 if nearest is None else nearest
-    far = _farthest(max(width, height)) if farthest is None else farthest
+    far = max(_farthest(max(width, height)), near) if farthest is None else farthest
+    if not 0 < near <= far < math.inf:
+        raise SettingError(
+            f"pairs must lie more than 0 m apart, the nearest no farther than the farthest, "
+            f"got {near:g} to {far:g} m"
+        )
     grid = Grid(frame=terrain.frame, blocked=fenced(standing(terrain, rover).blocked))
-    starts, goals = free_pairs(
-        grid, count, np.random.default_rng(seed), nearest=near, farthest=max(far, near)
-    )
+    starts, goals = free_pairs(grid, count, np.random.default_rng(seed), nearest=near, farthest=far)
     sensors, mapper, motion, pace = equip(rover, terrain.frame.cell)
     radius = max(GOAL_RADIUS, 0.25 * terrain.frame.cell)
     scene = Scene(

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from ._console import Json, Seed, print_json, print_table, progress_bar, say
+from ._options import Cell, InFile, Whole
 
 
 def compare(
-    terrain: Annotated[Path, Parameter(help="Elevation model: GeoTIFF, .npy or meta.json.")],
+    terrain: Annotated[InFile, Parameter(help="Elevation model: GeoTIFF, .npy or meta.json.")],
+    /,
     *,
     controllers: Annotated[
         str, Parameter(help="Names or network files, joined by commas.")
     ] = "neural,goal-seeker",
-    pairs: Annotated[int, Parameter(help="Start and goal pairs.")] = 50,
+    pairs: Annotated[Whole, Parameter(help="Start and goal pairs.")] = 50,
     rover: Annotated[str, Parameter(help="Preset or rover file.")] = "research",
-    cell: Annotated[float | None, Parameter(help="Cell of a .npy terrain [m].")] = None,
+    cell: Cell | None = None,
     nearest: Annotated[float | None, Parameter(help="Shortest straight line [m].")] = None,
     farthest: Annotated[float | None, Parameter(help="Longest straight line [m].")] = None,
     seed: Seed = 0,
@@ -36,8 +37,6 @@ def compare(
 
     if not 1 <= pairs <= 10_000:
         raise SettingError(f"--pairs must be from 1 to 10000, got {pairs}")
-    if seed < 0:
-        raise SettingError(f"--seed must be 0 or above, got {seed}")
     names = [name.strip() for name in controllers.split(",") if name.strip()]
     drivers = [(name, find_controller(name)) for name in names]
     if not drivers:

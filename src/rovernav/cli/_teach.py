@@ -8,10 +8,12 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ._console import Json, Out, print_json, progress_bar, say, say_files
+from ._files import claim_folder
 
 
 def teach(
     recipe: Annotated[str, Parameter(help="Recipe YAML, or a shipped one: headings-v1.")],
+    /,
     *,
     out: Out = Path("rovernav-teach"),
     json: Json = False,
@@ -28,6 +30,7 @@ def teach(
     from ..nets import save_network, weights_sha256
 
     whole = read_recipe(recipe)
+    claim_folder(out)
     lessons: list[Lesson] = []
     with progress_bar("teaching") as update:
 
@@ -53,7 +56,12 @@ def teach(
         print_json(report)
         return 0
     for number, lesson in rounds.items():
-        say(f"Round {number}: {lesson.reached:.0%} of the drives reached their goal, "
-            f"{lesson.patterns:,} patterns, cross-entropy {lesson.loss:.3f}.")  # fmt: skip
+        drives = f"{lesson.reached:.0%} of the drives reached their goal"
+        if lesson.reached != lesson.reached:  # the drives were kept from before
+            drives = "its drives were there already"
+        say(f"Round {number}: {drives}, {lesson.patterns:,} patterns, "
+            f"cross-entropy {lesson.loss:.3f}.")  # fmt: skip
+    if not rounds:
+        say("All rounds were there already.")
     say_files([path])
     return 0

@@ -45,12 +45,16 @@ class HeadingCodec:
         commitment: float = 1.0,
     ) -> None:
         for what, number in (("speed", speed), ("turn_rate", turn_rate), ("period", period)):
-            if not (math.isfinite(number) and number > 0):
+            if not (_is_finite(number) and number > 0):
                 raise SettingError(f"codec headings: {what} must be above 0, got {number!r}")
-        if not (4 <= rays <= 4096 and 4 <= headings <= 4096):
-            raise SettingError(
-                f"codec headings: 4 to 4096 rays and headings, got {rays!r} and {headings!r}"
-            )
+        for what, number in (("margin", margin), ("commitment", commitment)):
+            if not (_is_finite(number) and number >= 0):
+                raise SettingError(f"codec headings: {what} must be 0 or above, got {number!r}")
+        for what, count in (("rays", rays), ("headings", headings)):
+            if not (_is_finite(count) and count == int(count) and 4 <= count <= 4096):
+                raise SettingError(
+                    f"codec headings: {what} must be a whole number from 4 to 4096, got {count!r}"
+                )
         self.rays, self.headings = int(rays), int(headings)
         self.speed, self.turn_rate = float(speed), float(turn_rate)
         self.period, self.margin = float(period), float(margin)
@@ -103,3 +107,8 @@ class HeadingCodec:
             "margin": self.margin,
             "commitment": self.commitment,
         }
+
+
+def _is_finite(number: object) -> bool:
+    """Whether it is a number at all: the parameters of a codec come out of files."""
+    return isinstance(number, (int, float)) and math.isfinite(number)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .._version import __version__
-from ..core import Frame, write_text
+from ..core import Frame, InputError, write_text
 from ..sim import Trace
 from ..terrain import Terrain
 
@@ -27,7 +27,12 @@ def write_path_csv(trace: Trace, path: Path, *, terrain: Terrain | None = None, 
         path: Where to write.
         terrain: The ground that was driven, if any.
         k: Which rover.
+
+    Raises:
+        InputError: The trace keeps no path.
+        FileError: The file cannot be written there.
     """
+    _check_path(trace, k)
     last = int(trace.steps[k]) + 1
     header = ["time_s", "x_m", "y_m", "heading_rad"]
     columns = [trace.time[:last, k], *trace.pose[:last, k].T]
@@ -56,7 +61,12 @@ def write_path_geojson(
         path: Where to write.
         terrain: The ground that was driven, if any.
         k: Which rover.
+
+    Raises:
+        InputError: The trace keeps no path.
+        FileError: The file cannot be written there.
     """
+    _check_path(trace, k)
     frame = terrain.frame if terrain is not None else LOCAL
     line = [list(map(float, frame.to_map(x, y))) for x, y in trace.path(k)]
     ends = trace.mission.start[k, :2], trace.mission.goal[k]
@@ -82,6 +92,11 @@ def write_path_geojson(
         "features": features,
     }
     write_text(path, json.dumps(collection, indent=1, allow_nan=False) + "\n")
+
+
+def _check_path(trace: Trace, k: int) -> None:
+    if len(trace.pose) <= trace.steps[k]:
+        raise InputError("this trace keeps only where the drive ended; record 'path' or 'all'")
 
 
 def _feature(kind: str, coordinates: list[Any], properties: dict[str, Any]) -> dict[str, Any]:

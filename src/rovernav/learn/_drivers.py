@@ -13,6 +13,7 @@ from ._paper import trained_paper_network
 
 NAMED = ("bassil", "goal-seeker", "neural", "planner")
 
+
 def usual_rover(name: str) -> str:
     """The rover preset that a controller is made for.
 

@@ -6,7 +6,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 from ..core import FileError, build, read_yaml, suggest
 
@@ -26,7 +26,7 @@ class Recipe(BaseModel):
         worlds: Generated worlds in each round.
         rovers: Drives in each world.
         side_m: Side of a world [m].
-        cell_m: Cell of a world [m].
+        cell_m: Cell of a world [m]; 20 to 2,000 cells make a side.
         steps: Steps of a drive at most.
         every: In rounds driven by the student, every n-th step becomes a pattern.
         epochs: Epochs over all patterns so far after each round, twice as many after the last.
@@ -43,12 +43,20 @@ class Recipe(BaseModel):
     worlds: Count = 14
     rovers: Count = 16
     side_m: Metres = 40.0
-    cell_m: Metres = 0.2
+    cell_m: Annotated[Metres, Field(validate_default=True)] = 0.2
     steps: Count = 150
     every: Count = 3
     epochs: Count = 16
     batch: Count = 256
     eta: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] = 0.001
+
+    @field_validator("cell_m")
+    @classmethod
+    def _fits_side(cls, cell: float, info: ValidationInfo) -> float:
+        side = info.data.get("side_m", cell)
+        if "side_m" in info.data and not 20 <= round(side / cell) <= 2000:
+            raise ValueError(f"a side of {side:g} m must have 20 to 2,000 cells")
+        return cell
 
 
 def read_recipe(name: str) -> Recipe:
@@ -59,7 +67,9 @@ def read_recipe(name: str) -> Recipe:
         SettingError: An unknown key or a value that is not allowed.
     """
     if name in recipes():
-        with resources.as_file(resources.files("rovernav.learn") / "recipes" / f"{name}.yaml") as path:
+        with resources.as_file(
+            resources.files("rovernav.learn") / "recipes" / f"{name}.yaml"
+        ) as path:
             return build(Recipe, read_yaml(path, what="recipe"), source=name)
     path = Path(name)
     if not path.exists():
