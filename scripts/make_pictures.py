@@ -1,7 +1,7 @@
 """Make the pictures of the pages anew, by the program itself, into `docs/images/`.
 
-Those of real ground need the development data (ROVERNAV_DATA, or shared/data beside the checkout);
-without them they stay as they are. Pictures are reduced to 256 colours.
+Those of real ground need the development data, whose folder ROVERNAV_DATA names; without them
+they stay as they are. Pictures are reduced to 256 colours.
 """
 
 import os
@@ -34,9 +34,9 @@ def main() -> None:
         keep(out / "paper/training.png", "training.png")
         rovernav("paper", "--scenario", "bassil-replay-v1", "--out", out / "replay")
         keep(out / "replay/figure3.png", "replay.png")
-        data = Path(os.environ.get("ROVERNAV_DATA") or ROOT.parent / "shared" / "data")
+        data = Path(os.environ.get("ROVERNAV_DATA", "."))
         if not (data / YARD).exists():
-            sys.exit(f"no {YARD} in {data}: pictures of real ground stay as they are")
+            sys.exit(f"no {YARD} in ROVERNAV_DATA: pictures of real ground stay as they are")
         for name, words in YARD_DRIVES.items():
             ground = ("--terrain", data / YARD, "--frame", "local")
             rovernav("drive", *ground, *words.split(), "--out", out / name)

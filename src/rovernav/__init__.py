@@ -1,8 +1,9 @@
 """rovernav: neural path planning for planetary rovers, from an elevation model to a driven path.
 
-The rooms, from the top of the house to the ground: `cli`, `show`, `learn`, `control`, `scenes`,
-`sim`, `rover`, `terrain` and `nets`, `core` and `kernels`. A room imports only from rooms below it.
-Rooms load when they are first used, so ``import rovernav`` costs next to nothing.
+The rooms, from the top of the house to the ground: `cli`, `bench`, `show`, `learn` and `export`,
+`control`, `scenes`, `mapping` and `sim`, `rover`, `terrain` and `nets`, `core` and `kernels`. A
+room imports only from rooms below it. Rooms load when they are first used, so ``import rovernav``
+costs next to nothing.
 """
 
 from __future__ import annotations
@@ -15,13 +16,29 @@ from ._version import __version__ as __version__
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from . import control, core, learn, nets, rover, scenes, show, sim, terrain
+    from . import (
+        bench,
+        control,
+        core,
+        export,
+        learn,
+        mapping,
+        nets,
+        rover,
+        scenes,
+        show,
+        sim,
+        terrain,
+    )
 
 __all__ = [
     "__version__",
+    "bench",
     "control",
     "core",
+    "export",
     "learn",
+    "mapping",
     "nets",
     "rover",
     "scenes",

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rovernav.learn import OnlineSettings, Training, paper_network, paper_training, save_training
+from rovernav.learn import Training, paper_network, paper_training, save_training
 from rovernav.nets import Card, Network, save_network
-from rovernav.sim import Trace
 from tests.cli.runner import run, write_ground
 
 TABLE = "in:x,in:y,out:u,out:v\n0,0,1,1\n0,1,1,-1\n"
@@ -35,18 +33,29 @@ def rover(**changes: str) -> None:
     Path("rover.yaml").write_text("".join(f"{key}: {item}\n" for key, item in keys.items()))
 
 
-def network(topology: tuple[int, ...] = (2, 3, 2), codec: dict[str, Any] | None = None) -> None:
+def network(
+    *,
+    topology: tuple[int, ...] = (2, 3, 2),
+    codec: dict[str, Any] | None = None,
+    name: str = "net.safetensors",
+    keep: float | None = None,
+) -> None:
     names = ("sigmoid",) * (len(topology) - 2) + ("linear",)
     drawn = Network.seeded(topology, names, np.random.default_rng(0))
-    save_network(drawn.with_card(Card(codec=codec)), Path("net.safetensors"))
+    save_network(drawn.with_card(Card(codec=codec)), Path(name))
+    spoil(name, keep)
 
 
-def spoil(path: str, *, keep: float = 1.0) -> None:
-    """Cut a file off, or turn one bit of its last byte."""
-    raw = bytearray(Path(path).read_bytes())
-    if keep == 1.0:
+def spoil(path: str, keep: float | None) -> None:
+    """Keep a share of a file's bytes, or with 1.0 all of them but with one bit turned."""
+    if keep is not None:
+        raw = bytearray(Path(path).read_bytes())
         raw[-1] ^= 1
-    Path(path).write_bytes(raw[: int(keep * len(raw))])
+        Path(path).write_bytes(raw[: int(keep * len(raw))])
+
+
+def raw(path: str, data: bytes) -> None:
+    Path(path).write_bytes(data)
 
 
 def foreign_safetensors() -> None:
@@ -55,27 +64,34 @@ def foreign_safetensors() -> None:
     save_file({"a": np.zeros(3)}, "net.safetensors")
 
 
-def checkpoint(**changes: Any) -> None:
+def checkpoint(keep: float | None = None) -> None:
     """An unfinished training of the paper's network."""
     _, patterns, settings = paper_training()
-    settings = dataclasses.replace(settings, **changes)
-    assert isinstance(settings, OnlineSettings)
     save_training(Training.fresh(paper_network()), settings, patterns, Path("run.ckpt"))
+    spoil("run.ckpt", keep)
 
 
-def trace(keep: float = 1.0) -> None:
+def half_a_training() -> None:
+    """A checkpoint after two epochs, and a file that is no trace of them."""
+    table()
+    words = ("--init", "paper", "--epochs", "2", "--checkpoint", "run.ckpt", "--out", "half")
+    assert run("train", "bassil-v1", *words).code == 0
+
+
+def trace(keep: float) -> None:
     assert run("drive", "bassil-v1", "--out", ".").code == 0
-    assert Trace
-    spoil("trace.npz", keep=keep)
+    spoil("trace.npz", keep)
 
 
-def ground(**changes: Any) -> None:
+def ground(*, keep: float | None = None, cells: tuple[float, ...] = (), **changes: Any) -> None:
     """An elevation model; see `write_ground` for what is right about it."""
     import rasterio
 
-    if transform := changes.get("transform"):
-        changes["transform"] = rasterio.Affine(*transform)
+    if cells:
+        a, b, d, e = cells
+        changes["transform"] = rasterio.Affine(a, b, -7.0, d, e, 9.0)
     write_ground(Path("ground.tif"), **changes)
+    spoil("ground.tif", keep)
 
 
 def ground_of(height: float) -> None:

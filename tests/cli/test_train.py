@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -124,18 +125,27 @@ def test_resume_without_a_checkpoint_begins_and_says_so() -> None:
     assert said.err == ("There is no checkpoint at run.ckpt yet: training from the beginning.\n")
 
 
-def test_the_first_part_of_a_trace_is_not_written_over() -> None:
+def test_a_resumed_trace_goes_on_where_the_checkpoint_is() -> None:
+    run(*PAPER, "--epochs", "4", "--trace", "whole.csv")
     run(*PAPER, "--epochs", "2", "--checkpoint", "run.ckpt", "--trace", "t.csv")
-    before = Path("t.csv").read_bytes()
-    words = (*PAPER, "--epochs", "4", "--checkpoint", "run.ckpt", "--resume", "--trace")
-    said = run(*words, "t.csv")
-    assert (said.code, Path("t.csv").read_bytes()) == (2, before)
-    assert "name another file for those from 3 on" in said.err
-    run(*words, "rest.csv")
-    whole = (*PAPER, "--epochs", "4", "--trace", "whole.csv")
-    run(*whole)
-    rest = Path("rest.csv").read_text().split("\n", 1)[1]
-    assert before.decode() + rest == Path("whole.csv").read_text()
+    with Path("t.csv").open("a") as file:
+        file.write("3,0,0.17,0.3")  # written after the checkpoint, cut off by a crash
+    tell(*PAPER, "--epochs", "4", "--checkpoint", "run.ckpt", "--resume", "--trace", "t.csv")
+    assert Path("t.csv").read_bytes() == Path("whole.csv").read_bytes()
+
+
+def test_a_resumed_trace_can_begin_a_file_of_its_own() -> None:
+    run(*PAPER, "--epochs", "4", "--trace", "whole.csv")
+    run(*PAPER, "--epochs", "2", "--checkpoint", "run.ckpt")
+    tell(*PAPER, "--epochs", "4", "--checkpoint", "run.ckpt", "--resume", "--trace", "t.csv")
+    header, *lines = Path("whole.csv").read_text().splitlines()
+    assert Path("t.csv").read_text().splitlines() == [header, *lines[8:]]
+
+
+def test_a_device_takes_a_trace() -> None:
+    assert run(*PAPER, "--trace", os.devnull).code == 0
+    run(*PAPER, "--epochs", "2", "--checkpoint", "run.ckpt")
+    assert run(*PAPER, "--checkpoint", "run.ckpt", "--resume", "--trace", os.devnull).code == 0
 
 
 def test_words() -> None:

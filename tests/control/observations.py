@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from rovernav.core import Observation
+from rovernav.core import Mission, Observation
+from rovernav.mapping import LocalMapper
 
 NAMES = ("clear_sight", "off_line")
 
@@ -18,6 +19,27 @@ def bassil(n: int, rng: np.random.Generator) -> Observation:
         goal=rng.normal(0.0, 1.5, (n, 2)),
         twist=rng.normal(size=(n, 3)),
         channels=channels,
+    )
+
+
+FAN = np.linspace(-np.pi / 2, np.pi / 2, 49)
+
+
+def scanned(n: int, rng: np.random.Generator) -> Observation:
+    """What a fan of beams might see at some place, and the local map of it."""
+    pose = rng.uniform((0, 0, -3), (30, 30, 3), (n, 3))
+    goal = rng.uniform(0, 30, (n, 2))
+    away, heading = goal - pose[:, :2], pose[:, 2]
+    c, s = np.cos(heading), np.sin(heading)
+    mission = Mission(start=pose, goal=goal, goal_radius=0.1, time_limit=9.0)
+    mapper = LocalMapper(FAN, reach=12.0)
+    channels = {"beams": rng.uniform(0.5, 12.5, (n, 49))}
+    more, local = mapper.update(mapper.start(mission), pose, goal, channels)
+    return Observation(
+        goal=np.stack([c * away[:, 0] + s * away[:, 1], c * away[:, 1] - s * away[:, 0]], axis=1),
+        twist=np.zeros((n, 3)),
+        channels={**channels, **more},
+        map=local,
     )
 
 

@@ -12,10 +12,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rovernav.control import NeuralController, check_controller
+from rovernav.control import (
+    GoalSeeker,
+    HeadingCodec,
+    NeuralController,
+    SensedPlanner,
+    check_controller,
+)
 from rovernav.core import Command, ContractError, Mission, Observation
 from rovernav.learn import paper_network, trained_paper_network
-from tests.control.observations import bassil
+from rovernav.nets import Card, Network
+from tests.control.observations import bassil, scanned
 from tests.sim.drives import Always, Mirrored
 
 
@@ -32,6 +39,19 @@ from tests.sim.drives import Always, Mirrored
 def test_controllers_keep_their_contract(controller: Any) -> None:
     check_controller(controller, bassil)
     check_controller(controller, bassil, rovers=1, steps=1, seed=4)
+
+
+def heading_network() -> Network:
+    codec = HeadingCodec()
+    network = Network.seeded((67, 16, 32), ("tanh", "linear"), np.random.default_rng(0))
+    return network.with_card(Card(codec=codec.settings()))
+
+
+@pytest.mark.parametrize(
+    "controller", [GoalSeeker(), SensedPlanner(), NeuralController(heading_network())]
+)
+def test_drivers_by_map_keep_their_contract(controller: Any) -> None:
+    check_controller(controller, scanned)
 
 
 @dataclasses.dataclass

@@ -137,7 +137,7 @@ class Rover(Strict):
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        ({"nam": 1}, "r.yaml: unknown key 'nam'; did you mean 'name'? Allowed: by_name, drive, "
+        ({"names": 1}, "r.yaml: unknown key 'names'; did you mean 'name'? Allowed: by_name, drive, "
                      "name, wheel, wheels."),
         ({"q": 1}, "r.yaml: unknown key 'q'; Allowed: by_name, drive, name, wheel, wheels."),
         ({"wheel": {"radius": 1, "radios": 2}},

@@ -26,8 +26,9 @@ from rovernav.core import errors as tree
 
 
 def mission(**changes: Any) -> Mission:
-    plain: dict[str, Any] = {"start": np.zeros((2, 3)), "goal": np.ones((2, 2)), "goal_radius": 1.0}
-    return Mission(**{**plain, "time_limit": 60.0, **changes})
+    plain: dict[str, Any] = {"start": np.zeros((2, 3)), "goal": np.ones((2, 2))}
+    plain |= {"goal_radius": 1.0, "time_limit": 60.0, **changes}
+    return Mission(**plain)
 
 
 def test_values_cannot_be_changed() -> None:

@@ -59,6 +59,12 @@ def exact(name: str, x: float) -> Decimal:
         return 1 / (1 + (-s).exp()) if name == "sigmoid" else 1 - 2 / (1 + (2 * s).exp())
 
 
+@pytest.mark.parametrize(("kind", "letter"), [(np.float64, "C"), (np.float32, "F")])
+def test_coefficients_are_taylors(kind: Any, letter: str) -> None:
+    expected = naive.coefficients(kind)
+    assert [getattr(arithmetic, f"_{letter}{i}") for i in range(len(expected))] == expected
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_fma_rounds_once(kind: Any, rng: np.random.Generator) -> None:
     scale = np.ldexp(1.0, rng.integers(-20, 20, (2, COUNT)))

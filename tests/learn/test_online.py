@@ -241,7 +241,7 @@ def test_what_does_not_fit_is_refused() -> None:
     with pytest.raises(ShapeError, match=r"8 weights have as many last .* float64 of shape \(7,\)"):
         Training(network=network, deltas=np.zeros(7))
     with pytest.raises(ShapeError, match=r"8 weights have .* got float32 of shape \(8,\)"):
-        Training(network=network, deltas=np.zeros(8, np.float32))
+        Training(network=network, deltas=np.zeros(8).astype("f4"))
     short = network.with_parameters(network.parameters.astype(np.float32))
     with pytest.raises(ShapeError, match="float64; this network is float32: train it by mini-ba"):
         train(short, TABLE, LONG)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 from typing import Any
 
@@ -161,6 +162,13 @@ def test_missions_and_worlds_must_be_for_as_many_rovers() -> None:
             Always(0.0, 0.0, 0.0), mission=mission([[0, 0, 0]] * 2, (1, 1), limit=1.0),
             worlds=Worlds.single(),
         )  # fmt: skip
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -1.0])
+@pytest.mark.parametrize("what", ["goal_radius", "time_limit"])
+def test_a_mission_that_might_never_end_is_refused(what: str, number: float) -> None:
+    with pytest.raises(SettingError, match=f"a mission's {what.replace('_', ' ')} must be 0 or a"):
+        dataclasses.replace(mission([[0, 0, 0]], (1, 1), limit=1.0), **{what: number})
 
 
 class Odd:

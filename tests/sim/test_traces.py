@@ -84,6 +84,8 @@ def test_a_saved_drive_is_the_same_drive(record: str, tmp_path: Path) -> None:
 numbers = hnp.from_dtype(np.dtype(np.float64))
 finite = st.floats(allow_nan=False, allow_infinity=False)
 
+positive = st.floats(0.0, allow_infinity=False)
+
 
 @st.composite
 def traces(draw: st.DrawFn) -> Trace:
@@ -102,8 +104,8 @@ def traces(draw: st.DrawFn) -> Trace:
         mission=Mission(
             start=array(n, 3, of=finite),
             goal=array(n, 2, of=finite),
-            goal_radius=draw(finite),
-            time_limit=draw(finite),
+            goal_radius=draw(positive),
+            time_limit=draw(positive),
         ),
         outcome=outcome,
         steps=draw(hnp.arrays(np.int64, n, elements=st.integers(0, 2**62))),

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import collections.abc
 import sys
-from collections.abc import Sequence
 
 __all__ = ["main"]
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: collections.abc.Sequence[str] | None = None) -> int:
     """Run the program `rovernav`.
 
     Args:

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ._console import Json, Seed, print_json, print_table, progress_bar, say
-from ._options import Cell, InFile, Whole
+from ._console import print_json, print_table, progress_bar, say
+from ._options import Cell, InFile, Json, Seed, Whole
 
 
 def compare(

@@ -14,10 +14,6 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ._options import Json as Json
-from ._options import Out as Out
-from ._options import Seed as Seed
-
 PATIENCE = 2.0
 """A progress bar appears on work that lasts longer than this [s]."""
 

@@ -15,7 +15,6 @@ from ._options import Cell, InFile, Json, Out, SeedValue
 from ._place import find_scene
 
 if TYPE_CHECKING:
-    from ..core import Controller
     from ..scenes import Ground, Scene
     from ..sim import Trace
 
@@ -136,11 +135,12 @@ def _simulate(
     out: Path,
     update: Callable[[float, str], None],
 ) -> Trace:
+    from ..learn import find_controller
     from ..scenes import Ground
     from ..sim import DriveState, simulate
 
     inner = scene.scene if isinstance(scene, Ground) else scene
-    set_up = inner.drive(_controller(settings["controller"]))
+    set_up = inner.drive(find_controller(settings["controller"]))
     claim_folder(out)
     limit = inner.mission.time_limit
 
@@ -149,16 +149,6 @@ def _simulate(
         update(now / limit, f"{now:.0f} s, {float(state.rovers.odometry[0]):.1f} m")
 
     return simulate(set_up, seed=int(settings["seed"]), on_event=on_event, settings=settings)
-
-
-def _controller(name: str) -> Controller:
-    from ..core import SettingError
-    from ..learn import find_controller
-
-    try:
-        return find_controller(name)
-    except SettingError as error:  # the file is sound, but no driver
-        raise SettingError(f"{name}: {error}") from None
 
 
 def _report(scene: Scene | Ground, trace: Trace) -> dict[str, Any]:

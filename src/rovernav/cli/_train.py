@@ -80,10 +80,11 @@ def train(
         files = [out / "network.safetensors", out / "training.png"]
         _check_files(files, [patterns, init], trace, checkpoint)
         start = _start(network, table, settings, checkpoint, resume)
-        _check_trace(trace, start)
         claim_folder(out)
         curve: list[Progress] = []
-        with _recorder(trace, network, json) as recorder:
+        with _recorder(trace, start, json) as recorder:
+            if resume:
+                _tell_start(start, checkpoint)
             training = _run(start, table, settings, curve, recorder, checkpoint, update)
         _write(files, training, table, settings, curve)
     report = _report(training, table, curve)
@@ -122,8 +123,6 @@ def _start(
     if resume and checkpoint is None:
         raise SettingError("--resume needs --checkpoint FILE: where the training was saved")
     if checkpoint is None or not checkpoint.exists():
-        if resume:
-            note(f"There is no checkpoint at {checkpoint} yet: training from the beginning.")
         return fresh
     if checkpoint.is_dir():
         raise FileError(f"--checkpoint {checkpoint} is a folder; name a file")
@@ -133,19 +132,14 @@ def _start(
         )
     training = load_training(checkpoint, settings, table)
     same_network(checkpoint, training.network, network)
-    note(f"Resumed from {checkpoint} at epoch {training.epoch:,}.")
     return training
 
 
-def _check_trace(trace: Path | None, start: Training) -> None:
-    """A resumed training must not write over the first part of its trace."""
-    from ..core import SettingError
-
-    if trace is not None and start.epoch and trace.is_file():
-        raise SettingError(
-            f"--trace {trace} may hold the epochs before the checkpoint; "
-            f"name another file for those from {start.epoch + 1:,} on"
-        )
+def _tell_start(start: Training, checkpoint: Path | None) -> None:
+    if checkpoint is not None and checkpoint.exists():
+        note(f"Resumed from {checkpoint} at epoch {start.epoch:,}.")
+    else:
+        note(f"There is no checkpoint at {checkpoint} yet: training from the beginning.")
 
 
 def _run(
@@ -173,10 +167,12 @@ def _run(
 
 
 @contextlib.contextmanager
-def _recorder(trace: Path | None, network: Network, json: bool) -> Generator[Recorder | None]:
+def _recorder(trace: Path | None, start: Training, json: bool) -> Generator[Recorder | None]:
+    """Where the trace goes; the lines that a resumed training has written already are kept."""
     from ..core import FileError
-    from ..learn import trace_csv, trace_text
+    from ..learn import trace_csv, trace_length, trace_text
 
+    network = start.network
     if trace is None:
         yield None
         return
@@ -185,11 +181,16 @@ def _recorder(trace: Path | None, network: Network, json: bool) -> Generator[Rec
         return
     try:
         trace.parent.mkdir(parents=True, exist_ok=True)
-        file = trace.open("w", encoding="utf-8", newline="")
+        goes_on = start.updates > 0 and trace.is_file()
+        kept = trace_length(trace, network, start.updates) if goes_on else 0
+        file = trace.open("r+" if goes_on else "w", encoding="utf-8", newline="")
+        if goes_on:
+            file.seek(kept)
+            file.truncate()
     except OSError as error:
         raise FileError(f"cannot write the trace {trace}: {error.strerror}") from error
     with file:
-        yield trace_csv(file, network)
+        yield trace_csv(file, network, header=not goes_on)
 
 
 def _report(training: Training, table: Patterns, curve: list[Progress]) -> dict[str, Any]:

@@ -30,7 +30,7 @@ class GoalSeeker:
     def act(self, observation: Observation, memory: None) -> tuple[Command, None]:
         """Always the heading of the goal."""
         logits = np.zeros((len(observation.goal), self.codec.headings))
-        logits[:, 0] = 1.0
+        logits[:, 0] = 1e6  # no commitment outweighs the goal
         return self.codec.decode(logits, observation), None
 
 

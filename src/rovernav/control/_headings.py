@@ -33,7 +33,7 @@ class HeadingCodec:
 
     name = "headings"
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - the parameters that a network file names, by keyword
         self,
         *,
         rays: int = 64,

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ._arrays import F64, I8
-from .errors import ShapeError
+from .errors import SettingError, ShapeError
 from .outcome import Outcome
 from .values import read_only, value
 
@@ -41,6 +41,11 @@ class Mission:
                 f"a mission needs one goal for each start, got {len(self.start)} starts and "
                 f"{len(self.goal)} goals"
             )
+        for what, number in (("goal radius", self.goal_radius), ("time limit", self.time_limit)):
+            if not (np.isfinite(number) and number >= 0):
+                raise SettingError(
+                    f"a mission's {what} must be 0 or a positive number, got {number!r}"
+                )
 
     @classmethod
     def between(

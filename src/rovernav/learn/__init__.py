@@ -30,7 +30,7 @@ from ._paper import (
 from ._patterns import Patterns, read_patterns, shipped_patterns, shipped_tables, write_patterns
 from ._progress import Listener, Progress, StopReason
 from ._recipe import Recipe, read_recipe, recipes
-from ._trace import trace_csv, trace_text, weight_names
+from ._trace import trace_csv, trace_length, trace_text, weight_names
 
 __all__ = [
     "OPTIMIZERS",
@@ -72,6 +72,7 @@ __all__ = [
     "shipped_tables",
     "teach",
     "trace_csv",
+    "trace_length",
     "trace_text",
     "train",
     "train_batches",

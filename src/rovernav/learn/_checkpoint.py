@@ -11,7 +11,15 @@ from typing import Any, overload
 
 import numpy as np
 
-from ..core import FileError, SettingError, canonical_json, read_bytes, sha256_of, write_atomic
+from ..core import (
+    FileError,
+    SettingError,
+    ShapeError,
+    canonical_json,
+    read_bytes,
+    sha256_of,
+    write_atomic,
+)
 from ..nets import Card, Network
 from ._batch_settings import BatchSettings
 from ._minibatch import BatchTraining
@@ -58,7 +66,7 @@ def _save(
         "kind": _kind(settings),
         "topology": list(training.network.topology),
         "activations": list(training.network.activations),
-        "seed": training.network.card.seed,
+        "card": _card(training.network.card),
         "epoch": training.epoch,
         "updates": training.updates,
         "stop": training.stop,
@@ -92,16 +100,38 @@ def load_training(
             Only `epochs` and `tolerance` may change, and under a cosine schedule not `epochs`.
     """
     header, tensors = _open(path)
-    _check_same(path, header, settings, patterns)
+    try:
+        _check_same(path, header, settings, patterns)
+        return _training(header, tensors, patterns, batch=isinstance(settings, BatchSettings))
+    except SettingError:
+        raise
+    except ShapeError as error:
+        raise FileError(f"{path} is damaged: {error}") from None
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise FileError(f"{path} is damaged: its header cannot be read") from None
+
+
+def _training(
+    header: dict[str, Any], tensors: dict[str, Any], patterns: Patterns, *, batch: bool
+) -> Training | BatchTraining:
+    """The training that a checkpoint holds."""
+    card = header["card"]
     network = Network(
         topology=tuple(header["topology"]),
         activations=tuple(header["activations"]),
         parameters=tensors["parameters"],
-        card=Card(inputs=patterns.inputs, outputs=patterns.outputs, seed=header["seed"]),
+        card=Card(
+            inputs=patterns.inputs,
+            outputs=patterns.outputs,
+            input_units=tuple(card["input_units"]),
+            output_units=tuple(card["output_units"]),
+            codec=card["codec"],
+            seed=card["seed"],
+        ),
     )
-    epoch, updates = header["epoch"], header["updates"]
+    epoch, updates = _count(header["epoch"]), _count(header["updates"])
     stop = None if header["stop"] is None else StopReason(header["stop"])
-    if isinstance(settings, OnlineSettings):
+    if not batch:
         deltas = tensors["deltas"]
         return Training(network=network, deltas=deltas, epoch=epoch, updates=updates, stop=stop)
     loss, validation = tensors["losses"].tolist()
@@ -114,6 +144,22 @@ def load_training(
         validation=validation,
         stop=stop,
     )
+
+
+def _card(card: Card) -> dict[str, Any]:
+    """What a training does not learn but its network must keep."""
+    return {
+        "input_units": list(card.input_units),
+        "output_units": list(card.output_units),
+        "codec": None if card.codec is None else dict(card.codec),
+        "seed": card.seed,
+    }
+
+
+def _count(item: Any) -> int:
+    if type(item) is not int or not 0 <= item < 2**62:
+        raise ValueError(f"{item!r} is no count")
+    return item
 
 
 @overload
@@ -175,7 +221,7 @@ def _open(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
         size = int.from_bytes(data[:8], "little")
         header = json.loads(json.loads(data[8 : 8 + size])["__metadata__"]["rovernav"])
         tensors = load(data)
-        digest = header.pop("sha256")
+        fits = header.pop("sha256") == _hash(header, tensors)
     except Exception:  # safetensors and json raise many kinds; all mean the same to a reader
         raise FileError(f"{path} is not a checkpoint, or is damaged") from None
     if (header.get("format"), header.get("version")) != (FORMAT, VERSION):
@@ -183,7 +229,7 @@ def _open(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
             f"{path}: format must be {FORMAT!r} version {VERSION}, got "
             f"{header.get('format')!r} version {header.get('version')!r}"
         )
-    if digest != _hash(header, tensors):
+    if not fits:
         raise FileError(f"{path} is damaged: sha256 does not fit its contents")
     return header, tensors
 

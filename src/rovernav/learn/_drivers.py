@@ -7,11 +7,16 @@ from importlib import resources
 from pathlib import Path
 
 from ..control import BassilCodec, GoalSeeker, NeuralController, SensedPlanner
-from ..core import Controller, FileError, suggest
+from ..core import Controller, FileError, SettingError, suggest
 from ..nets import load_network
 from ._paper import trained_paper_network
 
 NAMED = ("bassil", "goal-seeker", "neural", "planner")
+SHIPPED = "headings-v1.safetensors"
+_CLASSICAL: dict[str, Callable[[], Controller]] = {
+    "goal-seeker": GoalSeeker,
+    "planner": SensedPlanner,
+}
 
 
 def usual_rover(name: str) -> str:
@@ -26,13 +31,6 @@ def usual_rover(name: str) -> str:
     driver = find_controller(name)
     paper = isinstance(driver, NeuralController) and isinstance(driver.codec, BassilCodec)
     return "paper-point" if paper else "research"
-
-
-SHIPPED = "headings-v1.safetensors"
-_CLASSICAL: dict[str, Callable[[], Controller]] = {
-    "goal-seeker": GoalSeeker,
-    "planner": SensedPlanner,
-}
 
 
 def find_controller(name: str) -> Controller:
@@ -59,4 +57,8 @@ def find_controller(name: str) -> Controller:
         raise FileError(
             f"there is no controller {name!r} and no such network file; {suggest(name, NAMED)}"
         )
-    return NeuralController(load_network(path))
+    network = load_network(path)
+    try:
+        return NeuralController(network)
+    except SettingError as error:  # the file is sound, but no driver
+        raise SettingError(f"{name}: {error}") from None

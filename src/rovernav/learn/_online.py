@@ -215,11 +215,13 @@ def train(
 def progress(training: Training, patterns: Patterns, seconds: float) -> Progress:
     """The event that describes a training as it stands."""
     error = patterns.y - training.network.forward(patterns.x)
+    with np.errstate(over="ignore"):  # a training that diverges has infinite loss
+        loss = float(0.5 * np.mean(np.sum(error * error, axis=1)))
     return Progress(
         epoch=training.epoch,
         updates=training.updates,
         worst=float(np.max(np.abs(error))),
-        loss=float(0.5 * np.mean(np.sum(error * error, axis=1))),
+        loss=loss,
         seconds=seconds,
         parameters=training.network.parameters,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -63,6 +64,10 @@ def rocky_hills_scene(seed: int) -> Ground:
     return ground_scene(terrain, rover, tuple(starts[0].tolist()), tuple(goals[0].tolist()))
 
 
+def _variant(name: str, obstacle: str) -> Scene:
+    return dataclasses.replace(bassil_scene("bassil-v1", obstacle=obstacle), name=name)  # pyright: ignore[reportArgumentType]
+
+
 def _ends(terrain: Terrain, blocked: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
     """The free cells nearest to the corners a tenth of the way in from two opposite corners."""
     h, w = blocked.shape
@@ -77,8 +82,8 @@ def _ends(terrain: Terrain, blocked: np.ndarray) -> tuple[tuple[float, float], t
 _SCENES: dict[str, Callable[[int], Scene | Ground]] = {
     "bassil-v1": lambda seed: bassil_scene("bassil-v1"),
     "bassil-replay-v1": lambda seed: bassil_scene("bassil-replay-v1"),
-    "bassil-mirrored-v1": lambda seed: bassil_scene("bassil-v1", obstacle="mirrored"),
-    "bassil-free-v1": lambda seed: bassil_scene("bassil-v1", obstacle="none"),
+    "bassil-mirrored-v1": lambda seed: _variant("bassil-mirrored-v1", "mirrored"),
+    "bassil-free-v1": lambda seed: _variant("bassil-free-v1", "none"),
     "hills-v1": hills_scene,
     "rocky-hills-v1": rocky_hills_scene,
 }

@@ -81,7 +81,7 @@ class Scenario(BaseModel):
     start: Point = Field(alias="from")
     goal: Point = Field(alias="to")
     frame: Literal["crs", "local", "pixel"] = "crs"
-    rocks: Annotated[float, Above0] | None = None
+    rocks: Annotated[float, Field(strict=True)] | None = None
     rover: str | None = None
     controller: str = "bassil"
     time_limit_s: Annotated[float, Above0] | None = None

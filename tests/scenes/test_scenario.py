@@ -1,0 +1,124 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from rovernav.core import RovernavError, SettingError
+from rovernav.scenes import Ground, Scenario, Scene, read_scenario, set_scene
+from tests.cli.runner import write_ground
+
+number = st.floats(-9e4, 9e4)
+point = st.tuples(number, number)
+box = st.tuples(number, number, st.floats(0, 5e3), st.floats(0, 5e3)).map(
+    lambda b: (b[0], b[1], b[0] + b[2], b[1] + b[3])
+)
+
+
+def scenario(start: Any, goal: Any, **keys: Any) -> Scenario:
+    return Scenario.model_validate({"from": start, "to": goal, **keys})
+
+
+def write(path: Path, **keys: Any) -> Path:
+    path.write_text(yaml.safe_dump(keys))
+    return path
+
+
+@given(start=point, goal=point, boxes=st.lists(box, max_size=3), seed=st.integers(0, 2**63 - 1))
+def test_a_written_scenario_reads_back(tmp_path_factory, start, goal, boxes, seed) -> None:
+    whole = scenario(start, goal, boxes=boxes, seed=seed)
+    plain = whole.model_dump(mode="json", by_alias=True, exclude_none=True)
+    path = write(tmp_path_factory.mktemp("s") / "drive.yaml", **plain)
+    assert read_scenario(path) == whole
+
+
+def test_files_lie_beside_the_scenario(tmp_path: Path) -> None:
+    keys = {"terrain": "a/b.tif", "rover": "mine.yaml", "controller": "net.safetensors"}
+    whole = read_scenario(write(tmp_path / "d.yaml", **{"from": [1, 2], "to": [3, 4]}, **keys))
+    assert whole.terrain == tmp_path / "a/b.tif"
+    assert whole.rover == str(tmp_path / "mine.yaml")
+    assert whole.controller == str(tmp_path / "net.safetensors")
+
+
+def test_names_are_names_and_absolute_paths_stay(tmp_path: Path) -> None:
+    keys = {"terrain": "/a/b.tif", "rover": "research", "controller": "bassil"}
+    whole = read_scenario(write(tmp_path / "d.yaml", **{"from": [1, 2], "to": [3, 4]}, **keys))
+    assert (whole.terrain, whole.rover, whole.controller) == (
+        Path("/a/b.tif"),
+        "research",
+        "bassil",
+    )
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"from": "0,0"}, {"from": [0]}, {"from": [0, True]}, {"from": [0, "1"]}, {"from": {"x": 1}},
+        {"from": [0, float("inf")]}, {"from": [0, 10**400]}, {"from": None}, {"to": [2e5, 0]},
+        {"boxes": 3}, {"boxes": [[0, 0, 1]]}, {"boxes": [[2, 0, 1, 1]]},
+        {"boxes": [[0, 0, 1e9, 1]]},
+        {"seed": 1.5}, {"seed": True}, {"seed": -1}, {"seed": 2**63}, {"seed": "1"},
+        {"time_limit_s": 0}, {"time_limit_s": 1e9}, {"time_limit_s": float("nan")},
+        {"cell": 1.0}, {"frame": "pixel"}, {"frame": "Local"}, {"rover": 5}, {"controller": None},
+        {"start": [0, 0]}, {"x": 1}, {"terrain": "a.tif", "boxes": [[0, 0, 1, 1]]},
+        {"terrain": "a.tif", "cell": 0}, {"terrain": ["a.tif"]},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_what_a_scenario_may_not_say(tmp_path: Path, keys: dict[str, Any]) -> None:
+    path = write(tmp_path / "d.yaml", **{"from": [0, 0], "to": [5, 0], **keys})
+    with pytest.raises(RovernavError) as caught:
+        read_scenario(path)
+    said = str(caught.value)
+    assert said.startswith(f"{path}: ")
+    assert "\n" not in said
+
+
+@pytest.mark.parametrize("key", ["from", "to"])
+def test_both_ends_are_needed(tmp_path: Path, key: str) -> None:
+    keys = {name: [0, 0] for name in ("from", "to") if name != key}
+    with pytest.raises(SettingError, match=f"the key '{key}' is missing; add it"):
+        read_scenario(write(tmp_path / "d.yaml", **keys))
+
+
+def test_python_is_refused_what_files_are() -> None:
+    with pytest.raises(ValidationError, match="without a terrain"):
+        scenario((0, 0), (1e6, 0))
+
+
+def test_boxes_stand_on_flat_ground() -> None:
+    scene = set_scene(scenario((-2, 1), (30, 1), boxes=[(3, 0, 4, 2)], seed=4))
+    assert isinstance(scene, Scene)
+    assert np.array_equal(scene.worlds.boxes, [[3, 0, 4, 2]])
+    assert np.array_equal(scene.worlds.bounds, [[-60, -60, 60, 60]])
+    assert scene.mission.time_limit == pytest.approx(5 * 32 / 0.8287)
+
+
+def test_the_time_limit_is_the_scenarios() -> None:
+    scene = set_scene(scenario((0, 0), (1, 0), time_limit_s=7))
+    assert isinstance(scene, Scene)
+    assert scene.mission.time_limit == 7.0
+
+
+@pytest.mark.parametrize(
+    ("frame", "start", "goal"),
+    [("crs", (-5.25, -8.25), (20.25, -6.75)), ("local", (1.75, 2.75), (27.25, 4.25)),
+     ("pixel", (3, 34), (54, 31))],
+)  # fmt: skip
+def test_frames_name_the_same_places(tmp_path: Path, frame: Any, start: Any, goal: Any) -> None:
+    terrain = write_ground(tmp_path / "ground.tif")
+    scene = set_scene(scenario(start, goal, terrain=terrain, frame=frame))
+    assert isinstance(scene, Ground)
+    assert np.array_equal(scene.scene.mission.start[0, :2], (1.75, 2.75))
+    assert np.array_equal(scene.scene.mission.goal[0], (27.25, 4.25))
+
+
+def test_other_rovers_need_a_terrain() -> None:
+    with pytest.raises(SettingError, match="jackal: only two-axis rovers can drive among boxes"):
+        set_scene(scenario((0, 0), (1, 0), rover="jackal"))
