@@ -8,8 +8,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ._console import print_json, progress_bar, say, say_files
-from ._options import Json, Out
 from ._files import claim_folder
+from ._options import Json, Out
 
 
 def teach(

@@ -65,7 +65,7 @@ def rocky_hills_scene(seed: int) -> Ground:
 
 
 def _variant(name: str, obstacle: str) -> Scene:
-    return dataclasses.replace(bassil_scene("bassil-v1", obstacle=obstacle), name=name)  # pyright: ignore[reportArgumentType]
+    return dataclasses.replace(bassil_scene("bassil-v1", obstacle=obstacle), name=name)
 
 
 def _ends(terrain: Terrain, blocked: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
