@@ -19,7 +19,7 @@ def pins(root: Path) -> dict[str, str]:
 
 
 def test_everything_installed_is_pinned(root: Path) -> None:
-    installed = closure("rovernav", "test", "dev", "docs")
+    installed = closure("rovernav", "cluster", "studio", "test", "dev", "docs")
     pinned = pins(root)
     assert {"pip", "hatchling", "editables"} <= pinned.keys()
     assert {name: f"=={item.version}" for name, item in installed.items()} == {

@@ -14,10 +14,11 @@ from .errors import (
     ShapeError,
     suggest,
 )
+from .executors import Processes, Serial, Threads, cores, in_order
 from .files import canonical_json, read_bytes, read_text, sha256_of, write_atomic, write_text
 from .frame import Frame
 from .outcome import Outcome
-from .roles import Codec, Controller, Mapper, Memory, Motion, Sensor
+from .roles import Codec, Controller, Executor, Mapper, Memory, Motion, Sensor
 from .settings import build, read_yaml
 from .values import map_arrays, read_only, value
 
@@ -32,6 +33,7 @@ __all__ = [
     "Command",
     "ContractError",
     "Controller",
+    "Executor",
     "FileError",
     "Float",
     "Frame",
@@ -44,14 +46,19 @@ __all__ = [
     "Observation",
     "Outcome",
     "PatternError",
+    "Processes",
     "RoverState",
     "RovernavError",
     "Sensor",
+    "Serial",
     "SettingError",
     "ShapeError",
+    "Threads",
     "build",
     "canonical_json",
     "check_steps",
+    "cores",
+    "in_order",
     "map_arrays",
     "read_bytes",
     "read_only",

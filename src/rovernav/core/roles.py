@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol, runtime_checkable
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from .drive import Command, Mission, Observation, RoverState
 
 Memory = Any
 """What a sensor or controller carries from step to step; passed in and out, never kept."""
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 @runtime_checkable
@@ -86,4 +89,29 @@ class Codec(Protocol):
 
     def settings(self) -> dict[str, Any]:
         """Name and parameters, JSON-able; enough to build this codec again."""
+        ...
+
+
+@runtime_checkable
+class Executor(Protocol):
+    """Runs a job over items: the same items give the same results in order, whoever runs it."""
+
+    workers: int
+
+    def map(
+        self,
+        job: Callable[[Any, Item], Result],
+        items: Iterable[Item],
+        *,
+        shared: Any = None,
+        on_done: Callable[[], object] | None = None,
+    ) -> Iterator[Result]:
+        """The results of ``job(shared, item)``, in the order of the items.
+
+        Args:
+            job: A function that other processes can import by its name.
+            items: What to do; drawn as they are needed, a few per worker ahead.
+            shared: What every item needs; sent once to each worker.
+            on_done: Called, in any thread, each time an item is done: for progress.
+        """
         ...

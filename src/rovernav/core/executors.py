@@ -1,0 +1,161 @@
+"""Where work runs: in this thread, on threads, in processes. A cluster's is in `adapters`.
+
+A job is a function of what all items share and of one item. Whoever runs it, the same items give
+the same results in the same order; only the time differs.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from typing import Any, TypeVar, final
+
+from .errors import SettingError
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+AHEAD = 3
+"""Items in flight per worker: enough to keep all busy, few enough to bound memory."""
+
+
+def cores() -> int:
+    """Processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return max(1, len(os.sched_getaffinity(0)))
+    return os.cpu_count() or 1
+
+
+@final
+class Serial:
+    """Runs every item in the calling thread."""
+
+    workers = 1
+
+    def map(
+        self,
+        job: Callable[[Any, Item], Result],
+        items: Iterable[Item],
+        *,
+        shared: Any = None,
+        on_done: Callable[[], object] | None = None,
+    ) -> Iterator[Result]:
+        """The results, in order, each made when it is asked for."""
+        for item in items:
+            result = job(shared, item)
+            if on_done is not None:
+                on_done()
+            yield result
+
+
+@final
+class Threads:
+    """Runs items on threads of this process: for jobs that spend their time in kernels.
+
+    Args:
+        workers: How many threads; all processors that this process may use where not given.
+
+    Raises:
+        SettingError: Fewer than one worker.
+    """
+
+    def __init__(self, workers: int | None = None) -> None:
+        self.workers = _checked(workers)
+
+    def map(
+        self,
+        job: Callable[[Any, Item], Result],
+        items: Iterable[Item],
+        *,
+        shared: Any = None,
+        on_done: Callable[[], object] | None = None,
+    ) -> Iterator[Result]:
+        """The results, in order; the first error of a job is raised in its place."""
+        pool = ThreadPoolExecutor(self.workers, thread_name_prefix="rovernav")
+        try:
+            yield from in_order(
+                lambda item: pool.submit(job, shared, item), items, AHEAD * self.workers, on_done
+            )
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+@final
+class Processes:
+    """Runs items in processes of this machine, which hold the shared value from their start.
+
+    Args:
+        workers: How many processes; all processors that this process may use where not given.
+
+    Raises:
+        SettingError: Fewer than one worker.
+    """
+
+    def __init__(self, workers: int | None = None) -> None:
+        self.workers = _checked(workers)
+
+    def map(
+        self,
+        job: Callable[[Any, Item], Result],
+        items: Iterable[Item],
+        *,
+        shared: Any = None,
+        on_done: Callable[[], object] | None = None,
+    ) -> Iterator[Result]:
+        """The results, in order; `job` must be importable by its name."""
+        import multiprocessing
+
+        pool = ProcessPoolExecutor(
+            self.workers,
+            mp_context=multiprocessing.get_context("spawn"),  # threads of ours do not survive fork
+            initializer=_hold,
+            initargs=(shared,),
+        )
+        try:
+            yield from in_order(
+                lambda item: pool.submit(_held_job, job, item),
+                items,
+                AHEAD * self.workers,
+                on_done,
+            )
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def in_order(
+    submit: Callable[[Item], Future[Result]],
+    items: Iterable[Item],
+    ahead: int,
+    on_done: Callable[[], object] | None,
+) -> Iterator[Result]:
+    """Results in the order of the items, never more than `ahead` items submitted and not taken."""
+    waiting: deque[Future[Result]] = deque()
+    for item in items:
+        if len(waiting) >= ahead:
+            yield waiting.popleft().result()
+        future = submit(item)
+        if on_done is not None:
+            future.add_done_callback(lambda _done: on_done())
+        waiting.append(future)
+    while waiting:
+        yield waiting.popleft().result()
+
+
+def _checked(workers: int | None) -> int:
+    count = cores() if workers is None else workers
+    if count < 1:
+        raise SettingError(f"workers must be 1 or more, got {count}")
+    return count
+
+
+_held: Any = None
+
+
+def _hold(shared: Any) -> None:
+    global _held
+    _held = shared
+
+
+def _held_job(job: Callable[[Any, Item], Result], item: Item) -> Result:
+    return job(_held, item)
