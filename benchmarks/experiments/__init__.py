@@ -1,0 +1,1 @@
+"""Questions that a benchmark answers once: each file says which."""
