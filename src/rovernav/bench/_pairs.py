@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 import math
 import time
 from collections.abc import Callable, Mapping
@@ -9,13 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from ..core import F64, Controller, Outcome, SettingError, value
+from ..core import F64, Controller, Executor, Mission, Outcome, Serial, SettingError, value
 from ..rover import Rover, standing
 from ..scenes import Scene, equip, fenced, free_pairs, pair_mission
 from ..sim import DriveState, Grid, Trace, Worlds, simulate
 from ..terrain import Terrain
 
 GOAL_RADIUS = 0.5
+TOGETHER = 20
+"""Pairs that a worker drives as one batch: a second or a few of work."""
 
 
 @value
@@ -123,6 +127,7 @@ def score(
     name: str,
     controller: Controller,
     *,
+    executor: Executor | None = None,
     on_event: Callable[[float], object] | None = None,
 ) -> Score:
     """Drive every pair with one controller.
@@ -131,20 +136,15 @@ def score(
         pairs: Where to drive.
         name: What to call the controller.
         controller: Who drives.
+        executor: Who does the work, some pairs at a time; this thread where not given. It changes
+            nothing in the score but `seconds`, because no drive depends on those beside it.
         on_event: Told the share of drives that have ended.
     """
     began = time.perf_counter()
-
-    def watch(state: DriveState) -> None:
-        if on_event is not None:
-            on_event(1.0 - float(state.rovers.driving.mean()))
-
-    trace = simulate(
-        pairs.scene.drive(controller),
-        seed=pairs.seed,
-        record="none",
-        on_event=watch,
-    )
+    if executor is None or isinstance(executor, Serial):
+        trace = _drive(pairs, controller, on_event)
+    else:
+        trace = _drive_apart(pairs, controller, executor, on_event)
     reached = trace.outcome == Outcome.REACHED
     straight = np.hypot(*(pairs.goals - pairs.starts).T)
     low, high = wilson(int(reached.sum()), len(reached))
@@ -160,6 +160,67 @@ def score(
         detour=float(np.median((trace.length / straight)[reached])) if reached.any() else math.nan,
         seconds=time.perf_counter() - began,
     )
+
+
+Told = Callable[[float], object] | None
+Ends = dict[str, Any]
+"""Arrays of a trace without record: time, pose, outcome, steps, length."""
+
+
+def _drive(pairs: Pairs, controller: Controller, on_event: Told) -> Trace:
+    """All pairs as one batch, in this thread."""
+
+    def watch(state: DriveState) -> None:
+        if on_event is not None:
+            on_event(1.0 - float(state.rovers.driving.mean()))
+
+    drive = pairs.scene.drive(controller)
+    return simulate(drive, seed=pairs.seed, record="none", on_event=watch)
+
+
+def _drive_apart(pairs: Pairs, controller: Controller, executor: Executor, on_event: Told) -> Trace:
+    """The same trace from parts that others drive."""
+    mission = pairs.scene.mission
+    count = len(mission.start)
+    parts = [slice(at, min(at + TOGETHER, count)) for at in range(0, count, TOGETHER)]
+    done = itertools.count(1)
+
+    def tell() -> None:
+        if on_event is not None:
+            on_event(next(done) / len(parts))
+
+    shared = (pairs.scene, controller, pairs.seed)  # the scene is the same for every controller
+    ends = list(executor.map(_drive_part, parts, shared=shared, on_done=tell))
+    joined: dict[str, Any] = {
+        name: np.concatenate([part[name] for part in ends], axis=axis)
+        for name, axis in (("time", 1), ("pose", 1), ("outcome", 0), ("steps", 0), ("length", 0))
+    }
+    return Trace(
+        commands=np.empty((0, count, 3)),
+        channels={},
+        mission=mission,
+        seed=pairs.seed,
+        settings={},
+        **joined,
+    )
+
+
+def _drive_part(shared: tuple[Scene, Controller, int], rows: slice) -> Ends:
+    """Drive some of the pairs: a job for an executor."""
+    scene, controller, seed = shared
+    worlds, mission = scene.worlds, scene.mission
+    part = dataclasses.replace(
+        scene,
+        worlds=dataclasses.replace(worlds, of=worlds.of[rows]),
+        mission=Mission(
+            start=mission.start[rows],
+            goal=mission.goal[rows],
+            goal_radius=mission.goal_radius,
+            time_limit=mission.time_limit,
+        ),
+    )
+    trace = simulate(part.drive(controller), seed=seed, record="none")
+    return {name: getattr(trace, name) for name in ("time", "pose", "outcome", "steps", "length")}
 
 
 def wilson(successes: int, trials: int, *, z: float = 1.959964) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from cyclopts import Parameter
 
 from ._console import print_json, print_table, progress_bar, say
 from ._options import Cell, InFile, Json, Seed, Whole
+from ._workers import Place
 
 
 def compare(
@@ -23,6 +24,7 @@ def compare(
     nearest: Annotated[float | None, Parameter(help="Shortest straight line [m].")] = None,
     farthest: Annotated[float | None, Parameter(help="Longest straight line [m].")] = None,
     seed: Seed = 0,
+    place: Place | None = None,
     json: Json = False,
 ) -> int:
     """Drive the same solvable pairs, whose straight line is blocked, with several controllers.
@@ -42,13 +44,16 @@ def compare(
     if not drivers:
         raise SettingError("--controllers names nobody; give one or more, like neural,goal-seeker")
     ground = read_terrain(terrain, cell=cell)
-    drawn = draw_pairs(
-        ground, read_rover(rover), pairs, seed=seed, nearest=nearest, farthest=farthest
-    )
+    vehicle = read_rover(rover)
     scores = []
-    for name, driver in drivers:
-        with progress_bar(name) as update:
-            scores.append(score(drawn, name, driver, on_event=lambda s: update(s, "ended")))
+    with (place or Place()).executor() as executor:
+        drawn = draw_pairs(ground, vehicle, pairs, seed=seed, nearest=nearest, farthest=farthest)
+        for name, driver in drivers:
+            with progress_bar(name) as update:
+                scores.append(
+                    score(drawn, name, driver, executor=executor,
+                          on_event=lambda share: update(share, "ended"))
+                )  # fmt: skip
     if json:
         print_json({"terrain": str(terrain), "rover": rover, "pairs": pairs, "seed": seed,
                     "scores": [one.report() for one in scores]})  # fmt: skip

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from ._console import print_json, progress_bar, say, say_files
 from ._files import claim_folder
 from ._options import Json, Out
+from ._workers import Place
 
 
 def teach(
@@ -17,6 +18,7 @@ def teach(
     /,
     *,
     out: Out = Path("rovernav-teach"),
+    place: Place | None = None,
     json: Json = False,
 ) -> int:
     """Teach a neural driver to imitate a planner that knows only what the rover has sensed.
@@ -33,7 +35,7 @@ def teach(
     whole = read_recipe(recipe)
     claim_folder(out)
     lessons: list[Lesson] = []
-    with progress_bar("teaching") as update:
+    with (place or Place()).executor() as executor, progress_bar("teaching") as update:
 
         def on_event(lesson: Lesson) -> None:
             lessons.append(lesson)
@@ -41,7 +43,7 @@ def teach(
             words = f"round {lesson.round} of {lesson.rounds}, {lesson.doing}"
             update((lesson.round - 1 + within) / lesson.rounds, words)
 
-        network = run(whole, out, on_event=on_event)
+        network = run(whole, out, executor=executor, on_event=on_event)
     path = out / "driver.safetensors"
     save_network(network, path)
     rounds = {lesson.round: lesson for lesson in lessons}

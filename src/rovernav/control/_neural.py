@@ -35,6 +35,9 @@ class NeuralController:
         self._layers = network.layers
         self._weights = np.ascontiguousarray(network.parameters)
 
+    def __reduce__(self) -> tuple[type[NeuralController], tuple[Network]]:
+        return NeuralController, (self.network,)  # one copy of the weights, as in this process
+
     def start(self, mission: Mission, rng: np.random.Generator) -> None:
         """Nothing to remember."""
         return

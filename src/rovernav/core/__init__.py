@@ -12,6 +12,7 @@ from .errors import (
     RovernavError,
     SettingError,
     ShapeError,
+    WorkerError,
     suggest,
 )
 from .executors import Processes, Serial, Threads, cores, in_order
@@ -54,6 +55,7 @@ __all__ = [
     "SettingError",
     "ShapeError",
     "Threads",
+    "WorkerError",
     "build",
     "canonical_json",
     "check_steps",

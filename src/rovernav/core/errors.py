@@ -8,6 +8,7 @@
     │   ├── ShapeError        an array of the wrong shape or dtype
     │   ├── PatternError      a line of a pattern table
     │   └── FileError         a file is missing, damaged, foreign or too large
+    ├── WorkerError           workers do not answer, do not fit or have gone
     ├── ContractError         a part of a drive does not keep the contract of its role
     └── MissingExtraError     an optional package is not installed
 
@@ -44,6 +45,10 @@ class PatternError(InputError):
 
 class FileError(InputError):
     """A file is missing, damaged, of a foreign format or too large."""
+
+
+class WorkerError(RovernavError):
+    """Workers do not answer, do not fit this machine, or ended before their work was done."""
 
 
 class ContractError(RovernavError, AssertionError):

@@ -7,15 +7,18 @@ the same results in the same order; only the time differs.
 from __future__ import annotations
 
 import os
+import signal
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
-from typing import Any, TypeVar, final
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any, Protocol, TypeVar, final
 
-from .errors import SettingError
+from .errors import SettingError, WorkerError
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+Promised = TypeVar("Promised", covariant=True)
 AHEAD = 3
 """Items in flight per worker: enough to keep all busy, few enough to bound memory."""
 
@@ -75,7 +78,10 @@ class Threads:
         pool = ThreadPoolExecutor(self.workers, thread_name_prefix="rovernav")
         try:
             yield from in_order(
-                lambda item: pool.submit(job, shared, item), items, AHEAD * self.workers, on_done
+                lambda item: pool.submit(job, shared, item),
+                items,
+                lambda: AHEAD * self.workers,
+                on_done,
             )
         finally:
             pool.shutdown(cancel_futures=True)
@@ -103,7 +109,11 @@ class Processes:
         shared: Any = None,
         on_done: Callable[[], object] | None = None,
     ) -> Iterator[Result]:
-        """The results, in order; `job` must be importable by its name."""
+        """The results, in order; `job` must be importable by its name.
+
+        Raises:
+            WorkerError: A process ended by itself: killed, or out of memory.
+        """
         import multiprocessing
 
         pool = ProcessPoolExecutor(
@@ -116,23 +126,40 @@ class Processes:
             yield from in_order(
                 lambda item: pool.submit(_held_job, job, item),
                 items,
-                AHEAD * self.workers,
+                lambda: AHEAD * self.workers,
                 on_done,
             )
+        except BrokenProcessPool:
+            raise WorkerError(
+                "a worker process ended before its work was done, perhaps for want of memory; "
+                "use fewer workers"
+            ) from None
         finally:
             pool.shutdown(cancel_futures=True)
 
 
+class Promise(Protocol[Promised]):
+    """The result of an item that is being worked on."""
+
+    def result(self) -> Promised:
+        """Wait for it; raises the job's error."""
+        ...
+
+    def add_done_callback(self, fn: Callable[[Any], object], /) -> object:
+        """Call `fn` once it is done, in any thread."""
+        ...
+
+
 def in_order(
-    submit: Callable[[Item], Future[Result]],
+    submit: Callable[[Item], Promise[Result]],
     items: Iterable[Item],
-    ahead: int,
+    ahead: Callable[[], int],
     on_done: Callable[[], object] | None,
 ) -> Iterator[Result]:
-    """Results in the order of the items, never more than `ahead` items submitted and not taken."""
-    waiting: deque[Future[Result]] = deque()
+    """Results in the order of the items, never more than `ahead()` submitted and not taken."""
+    waiting: deque[Promise[Result]] = deque()
     for item in items:
-        if len(waiting) >= ahead:
+        while len(waiting) >= max(1, ahead()):
             yield waiting.popleft().result()
         future = submit(item)
         if on_done is not None:
@@ -154,6 +181,7 @@ _held: Any = None
 
 def _hold(shared: Any) -> None:
     global _held
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
     _held = shared
 
 

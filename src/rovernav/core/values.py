@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, TypeVar, dataclass_transform
 
 import numpy as np
@@ -17,9 +18,11 @@ def value(cls: type[T]) -> type[T]:
 
     Equality is identity, because arrays have no single truth value. Array fields are replaced by
     read-only views, so the caller's own array stays writable. A method ``_check`` is called last.
+    A value that travels to another process is made anew there: read-only and checked.
     """
     arrays_frozen = _post_init(getattr(cls, "_check", None))
     cls.__post_init__ = arrays_frozen  # type: ignore[attr-defined]
+    cls.__reduce__ = _reduce
     return dataclasses.dataclass(frozen=True, slots=True, kw_only=True, eq=False)(cls)
 
 
@@ -33,6 +36,19 @@ def _post_init(check: Callable[[Any], None] | None) -> Callable[[Any], None]:
             check(self)
 
     return __post_init__
+
+
+def _reduce(self: Any) -> tuple[Any, ...]:
+    """How a value is pickled; a read-only mapping travels as a dictionary."""
+    fields: dict[str, Any] = {}
+    for name in self.__dataclass_fields__:
+        item = getattr(self, name)
+        fields[name] = dict(item) if isinstance(item, MappingProxyType) else item
+    return _made, (type(self), fields)
+
+
+def _made(cls: type[T], fields: dict[str, Any]) -> T:
+    return cls(**fields)
 
 
 def map_arrays(item: Any, change: Callable[[np.ndarray[Any, Any]], Any]) -> Any:

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import itertools
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,10 @@ from ..control import HeadingCodec, NeuralController, SensedPlanner
 from ..core import (
     F64,
     Controller,
+    Executor,
     FileError,
     Outcome,
+    Serial,
     SettingError,
     canonical_json,
     read_bytes,
@@ -67,7 +70,13 @@ class Lesson:
 Listener = Callable[[Lesson], None]
 
 
-def teach(recipe: Recipe, folder: Path, *, on_event: Listener | None = None) -> Network:
+def teach(
+    recipe: Recipe,
+    folder: Path,
+    *,
+    executor: Executor | None = None,
+    on_event: Listener | None = None,
+) -> Network:
     """Teach a driver, or go on with a teaching that was stopped.
 
     Every finished round is kept in `folder`, so nothing but the round in work is lost by a crash,
@@ -76,6 +85,8 @@ def teach(recipe: Recipe, folder: Path, *, on_event: Listener | None = None) -> 
     Args:
         recipe: Everything that matters.
         folder: Where rounds are kept; one recipe, one folder.
+        executor: Who drives, one world at a time; this thread where not given. The bits are the
+            same.
         on_event: Told after every world and epoch.
 
     Returns:
@@ -96,7 +107,8 @@ def teach(recipe: Recipe, folder: Path, *, on_event: Listener | None = None) -> 
         table = _read_round(folder / f"round-{number}.npz")
         if table is None:
             driver = SensedPlanner(codec) if number == 1 else NeuralController(network)
-            table = np.concatenate(list(_drive_round(recipe, rover, codec, number, driver, tell)))
+            practice = _Practice(recipe=recipe, rover=rover, codec=codec, number=number)
+            table = _drive_round(practice, driver, executor or Serial(), tell)
             _write_round(folder / f"round-{number}.npz", table)
         tables.append(table)
         kept = folder / f"network-{number}.safetensors"
@@ -148,25 +160,44 @@ class _Teller:
             )
 
 
-def _drive_round(
-    recipe: Recipe,
-    rover: Rover,
-    codec: HeadingCodec,
-    number: int,
-    driver: Controller,
-    tell: _Teller,
-) -> Iterator[F64]:
-    """Patterns (m, inputs + headings) of each world of a round."""
+@value
+class _Practice:
+    """What all drives of a round share, besides the driver."""
+
+    recipe: Recipe
+    rover: Rover
+    codec: HeadingCodec
+    number: int
+
+
+def _drive_round(practice: _Practice, driver: Controller, executor: Executor, tell: _Teller) -> F64:
+    """Patterns (m, inputs + headings) of a round, its worlds in order."""
+    worlds = practice.recipe.worlds
+    done = itertools.count(1)
+    tables: list[F64] = []
     ended: list[np.ndarray] = []
-    for world in range(recipe.worlds):
-        scene = _practice_scene(recipe, rover, np.random.default_rng([recipe.seed, number, world]))
-        every = 1 if number == 1 else recipe.every
-        table, outcome = _gather(scene, codec, driver, recipe.steps, every)
+    for table, outcome in executor.map(
+        _drive_world,
+        range(worlds),
+        shared=(practice, driver),
+        on_done=lambda: tell("driving", next(done) / worlds),
+    ):
+        tables.append(table)
         ended.append(outcome)
         tell.patterns += len(table)
         tell.reached = float(np.mean(np.concatenate(ended) == Outcome.REACHED))
-        tell("driving", (world + 1) / recipe.worlds)
-        yield table
+    tell("driving", 1.0)
+    return np.concatenate(tables)
+
+
+def _drive_world(shared: tuple[_Practice, Controller], world: int) -> tuple[F64, np.ndarray]:
+    """Patterns and outcomes of one world: a job for an executor."""
+    practice, driver = shared
+    recipe, number = practice.recipe, practice.number
+    rng = np.random.default_rng([recipe.seed, number, world])
+    scene = _practice_scene(recipe, practice.rover, rng)
+    every = 1 if number == 1 else recipe.every
+    return _gather(scene, practice.codec, driver, recipe.steps, every)
 
 
 def _practice_scene(recipe: Recipe, rover: Rover, rng: np.random.Generator) -> Scene:

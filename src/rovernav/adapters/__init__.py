@@ -1,0 +1,9 @@
+"""Optional packages put to use, one in each file: Dask as an executor.
+
+Nothing below this room knows them, and they are loaded when something of theirs is called.
+"""
+
+from ._cluster import connect, open_executor
+from ._dask import DaskExecutor
+
+__all__ = ["DaskExecutor", "connect", "open_executor"]
