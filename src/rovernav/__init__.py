@@ -1,7 +1,7 @@
 """rovernav: neural path planning for planetary rovers, from an elevation model to a driven path.
 
 The rooms, from the top of the house to the ground: `cli`, `bench`, `show`, `learn` and `export`,
-`control`, `scenes`, `mapping` and `sim`, `rover`, `terrain` and `nets`, `core` and `kernels`. A
+`control`, `scenes`, `plan`, `mapping` and `sim`, `rover`, `terrain` and `nets`, `core` and `kernels`. A
 room imports only from rooms below it. Rooms load when they are first used, so ``import rovernav``
 costs next to nothing.
 """
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         learn,
         mapping,
         nets,
+        plan,
         rover,
         scenes,
         show,
@@ -40,6 +41,7 @@ __all__ = [
     "learn",
     "mapping",
     "nets",
+    "plan",
     "rover",
     "scenes",
     "show",

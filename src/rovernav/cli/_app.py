@@ -20,6 +20,7 @@ from ._drive import drive
 from ._inspect import inspect
 from ._mistakes import sentence
 from ._paper import paper
+from ._route import route
 from ._teach import teach
 from ._template import template
 from ._train import train
@@ -30,6 +31,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "paper": paper,
     "train": train,
     "drive": drive,
+    "route": route,
     "compare": compare,
     "teach": teach,
     "template": template,

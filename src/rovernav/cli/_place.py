@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ..scenes import Ground, Scenario, Scene
+    from ..terrain import Terrain
 
 GROUND = ("terrain", "cell", "from", "to", "frame", "rocks")
 """Options that say where to drive; a scenario says it itself."""
@@ -112,3 +113,18 @@ def _point(option: str, text: str) -> tuple[float, float]:
     if not (math.isfinite(x) and math.isfinite(y)):
         raise SettingError(f"{option} must be two numbers X,Y like -3.5,1.2, got {text!r}")
     return x, y
+
+
+def to_point(terrain: Terrain, options: Mapping[str, Any], end: str) -> tuple[float, float]:
+    """The local point [m] that --from or --to names on a terrain, in the frame of --frame.
+
+    Raises:
+        SettingError: It is not two numbers, or there is no such frame.
+    """
+    from ..core import SettingError, suggest
+    from ..scenes import FRAMES, to_local
+
+    frame = options["frame"] or FRAMES[0]
+    if frame not in FRAMES:
+        raise SettingError(f"--frame has no {frame!r}; {suggest(frame, FRAMES)}")
+    return to_local(terrain, _point(f"--{end}", options[end]), frame)

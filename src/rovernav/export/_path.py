@@ -79,12 +79,22 @@ def write_path_geojson(
         "seed": trace.seed,
     }
     features = [
-        _feature(
+        feature(
             "LineString" if len(line) > 1 else "Point", line if len(line) > 1 else line[0], track
         ),
-        _feature("Point", start, {"name": "start"}),
-        _feature("Point", goal, {"name": "goal"}),
+        feature("Point", start, {"name": "start"}),
+        feature("Point", goal, {"name": "goal"}),
     ]
+    write_features(path, frame, features)
+
+
+def _check_path(trace: Trace, k: int) -> None:
+    if len(trace.pose) <= trace.steps[k]:
+        raise InputError("this trace keeps only where the drive ended; record 'path' or 'all'")
+
+
+def write_features(path: Path, frame: Frame, features: list[dict[str, Any]]) -> None:
+    """Write a GeoJSON file of features whose coordinates are those of `frame`."""
     collection = {
         "type": "FeatureCollection",
         "generator": f"rovernav {__version__}",
@@ -94,12 +104,8 @@ def write_path_geojson(
     write_text(path, json.dumps(collection, indent=1, allow_nan=False) + "\n")
 
 
-def _check_path(trace: Trace, k: int) -> None:
-    if len(trace.pose) <= trace.steps[k]:
-        raise InputError("this trace keeps only where the drive ended; record 'path' or 'all'")
-
-
-def _feature(kind: str, coordinates: list[Any], properties: dict[str, Any]) -> dict[str, Any]:
+def feature(kind: str, coordinates: list[Any], properties: dict[str, Any]) -> dict[str, Any]:
+    """One feature of a GeoJSON file."""
     return {
         "type": "Feature",
         "properties": properties,

@@ -1,0 +1,144 @@
+"""What it costs to get to each place from somewhere, over open ground."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..core import F32, F64, InputError, read_only, value
+from ..kernels import marching as k
+from ..kernels import polyline, tracing
+from ..kernels.buckets import queue
+from ._costs import CostMap
+from ._ends import Point, check_point, is_free
+
+REACH = 3
+"""Cells around a seed that begin with the cost of the straight way to them."""
+SLICES = 1 << 20
+"""Slices of a queue at most: 8 MB."""
+
+
+@value
+class Field:
+    """Cost of the cheapest way between each cell and the seeds, whichever way round.
+
+    Attributes:
+        costs: The map that it is of.
+        flat: The values as the kernels have them: flat, with a ring of inf around the grid,
+            float32 [unit per metre times cells].
+    """
+
+    costs: CostMap
+    flat: F32
+
+    @property
+    def value(self) -> F32:
+        """Cost (h, w) [unit]; inf where there is no way."""
+        inner = self._grid()[k.RING : -k.RING, k.RING : -k.RING]
+        return inner * np.float32(self.costs.frame.cell)
+
+    def at(self, x: float, y: float) -> float:
+        """Cost [unit] from the middle of the cell of a local point [m]; inf off the map."""
+        if not self.costs.frame.contains(x, y):
+            return np.inf
+        row, column = self.costs.frame.cell_of(x, y)
+        return float(self._grid()[row + k.RING, column + k.RING]) * self.costs.frame.cell
+
+    def path_from(self, x: float, y: float) -> F64:
+        """Downhill from a local point [m] to a seed: points (k, 2) [m], about two to a cell.
+
+        Raises:
+            InputError: The field has not reached that point.
+        """
+        if not self.at(x, y) < np.inf:
+            raise InputError(f"there is no way from ({x:g}, {y:g}) m; check Field.at first")
+        cell, room = self.costs.frame.cell, 1 << 14
+        while True:
+            out = np.empty((room, 2))
+            count = tracing.descend(self.flat, self._stride, x / cell, y / cell, out)
+            if count >= 0:
+                return out[:count] * cell
+            room *= 4
+
+    @property
+    def _stride(self) -> int:
+        return self.costs.frame.shape[1] + 2 * k.RING
+
+    def _grid(self) -> F32:
+        return self.flat.reshape(-1, self._stride)
+
+
+def travel_time(costs: CostMap, seeds: Any, *, order: int = 2) -> Field:
+    """Cost of the cheapest way from the seeds to every cell, over open ground in any direction.
+
+    Fast marching: the solution of the eikonal equation. To first order it is too large by about
+    half a cell times the cost for each doubling of the distance; to second order by far less.
+
+    Args:
+        costs: Where going costs how much.
+        seeds: One local point (x, y) [m], or several (k, 2).
+        order: 1 or 2.
+
+    Raises:
+        InputError: A seed is off the map or touches forbidden ground; another order.
+    """
+    if order not in (1, 2):
+        raise InputError(f"the order must be 1 or 2, got {order!r}")
+    points = np.atleast_2d(np.asarray(seeds, np.float64))
+    if points.ndim != 2 or points.shape[1] != 2 or not len(points):
+        raise InputError(f"seeds must be points (k, 2), got shape {np.shape(seeds)}")
+    for point in points:
+        x, y = check_point(point, "seed")
+        if not is_free(costs, x, y):
+            raise InputError(f"the seed ({x:g}, {y:g}) m is off the map or on forbidden ground")
+    return Field(costs=costs, flat=march(costs, points, second=order == 2))
+
+
+def cost_to_go(costs: CostMap, goal: Any, *, order: int = 1) -> Field:
+    """Cost of the cheapest way from every cell to the goal: what a controller goes down.
+
+    Where the cost does not depend on the direction, it is `travel_time` from the goal.
+    """
+    return travel_time(costs, goal, order=order)
+
+
+def march(
+    costs: CostMap, seeds: F64, *, second: bool, goal: Point | None = None, margin: float = 0.0
+) -> F32:
+    """The flat values of a field; with a goal [m] only as far as the goal needs."""
+    h, w = costs.frame.shape
+    stride = w + 2 * k.RING
+    grid = np.full((h + 2 * k.RING, stride), np.inf, np.float32)
+    grid[k.RING : -k.RING, k.RING : -k.RING] = costs.cost
+    f = read_only(grid.ravel())
+    room = max(4096, grid.size // 16)
+    slice_ = max(costs.least, 2.0 * costs.most / SLICES)
+    end = -1
+    if goal is not None:
+        row, column = costs.frame.cell_of(*goal)
+        end = (row + k.RING) * stride + column + k.RING
+    how = k.March(stride, slice_, end, second, np.inf)
+    while True:
+        u = np.full(grid.size, np.inf, np.float32)
+        first = _seed(costs, seeds, u, stride)
+        ring = queue(int((1.5 * costs.most + 8 * costs.most) / slice_) + 4, room)
+        if k.march(f, u, first, ring, how, np.empty(0, np.float32)) != k.FULL:
+            return u
+        room *= 4
+
+
+def _seed(costs: CostMap, seeds: F64, u: F32, stride: int) -> Any:
+    """Write the cost of straight ways around the seeds to `u`; returns the cells that have one."""
+    h, w = costs.frame.shape
+    side = 2 * REACH + 1
+    block, grid = np.empty((side, side)), u.reshape(h + 2 * k.RING, stride)
+    found: list[Any] = []
+    for x, y in seeds / costs.frame.cell:
+        polyline.fan_out(x, y, REACH, costs.cost, block)
+        row, column = min(int(y), h - 1), min(int(x), w - 1)
+        for i, j in np.argwhere(block < np.inf):
+            a, b = row + i - REACH + k.RING, column + j - REACH + k.RING
+            grid[a, b] = min(grid[a, b], block[i, j])
+            found.append(a * stride + b)
+    return np.array(sorted(set(found)), np.int64)
