@@ -27,9 +27,11 @@ MEMBERS = 5 if JIT_DISABLED else 2 * LANES + 5
 def table(network: Network, rng: np.random.Generator, count: int = 3) -> Patterns:
     inputs, outputs = network.topology[0], network.topology[-1]
     return Patterns(
-        x=rng.normal(size=(count, inputs)), y=0.5 * rng.normal(size=(count, outputs)),
-        inputs=tuple(f"i{n}" for n in range(inputs)), outputs=tuple(f"o{n}" for n in range(outputs)),
-    )  # fmt: skip
+        x=rng.normal(size=(count, inputs)),
+        y=0.5 * rng.normal(size=(count, outputs)),
+        inputs=tuple(f"i{n}" for n in range(inputs)),
+        outputs=tuple(f"o{n}" for n in range(outputs)),
+    )
 
 
 def members(networks: list[Network], rates: Any, shuffled: bool) -> wide.Members:
@@ -80,13 +82,9 @@ def assert_as_alone(networks: list[Network], patterns: Patterns, rule: str, epoc
 def mixed_rates(rng: np.random.Generator, count: int = MEMBERS) -> list[tuple[float, float, float]]:
     """Rates of which some learn, some do not end and some diverge."""
     etas = rng.choice([0.02, 0.1, 0.4, 5.0, 1e200], count)
-    momenta, tolerances = (
-        rng.choice([0.0, 0.5, 0.9], count),
-        rng.choice([0.0, 0.3, 0.6, 9.0], count),
-    )
-    return [
-        (float(a), float(b), float(c)) for a, b, c in zip(etas, momenta, tolerances, strict=True)
-    ]
+    momenta = rng.choice([0.0, 0.5, 0.9], count)
+    tolerances = rng.choice([0.0, 0.3, 0.6, 9.0], count)
+    return list(zip(etas.tolist(), momenta.tolist(), tolerances.tolist(), strict=True))
 
 
 @pytest.mark.parametrize("shuffled", [False, True])

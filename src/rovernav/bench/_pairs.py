@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core import F64, Controller, Outcome, SettingError, value
+from ..core import F64, Controller, Outcome, SettingError, value, wilson
 from ..rover import Rover, standing
 from ..scenes import Scene, equip, fenced, free_pairs, pair_mission
 from ..sim import DriveState, Grid, Trace, Worlds, simulate
@@ -160,15 +160,6 @@ def score(
         detour=float(np.median((trace.length / straight)[reached])) if reached.any() else math.nan,
         seconds=time.perf_counter() - began,
     )
-
-
-def wilson(successes: int, trials: int, *, z: float = 1.959964) -> tuple[float, float]:
-    """95 % confidence interval of a share (Wilson 1927, JASA 22)."""
-    share = successes / trials
-    middle = share + z * z / (2 * trials)
-    half = z * math.sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials))
-    scale = 1 + z * z / trials
-    return max(0.0, (middle - half) / scale), min(1.0, (middle + half) / scale)
 
 
 def _farthest(side: float) -> float:

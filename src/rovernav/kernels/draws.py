@@ -5,8 +5,8 @@ seed takes a fraction of one. The seed sequence is O'Neill's ``seed_seq_fe128`` 
 seed_seq alternative"), the generator her PCG64 XSL-RR (2014, HMC-CS-2014-0905), both as NumPy has
 them.
 
-Symbols: h hash constant, pool the four mixed words, (s1, s0) high and low half of the 128-bit state,
-(c1, c0) of the increment.
+Symbols: h hash constant, pool the four mixed words, (s1, s0) high and low half of the 128-bit
+state, (c1, c0) of the increment.
 """
 
 from __future__ import annotations

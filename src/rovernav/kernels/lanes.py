@@ -1,9 +1,9 @@
 """Sixteen numbers worked on together: the type of which the wide kernels' variables are.
 
-A `Lanes` value is two vector registers, or four, or eight: what the processor has. Every operation on
-it is the operation of `arithmetic` on each number, correctly rounded, so a lane has the bits that
-the same number has alone. Code written for one number, such as the exponential or the statements of
-`frozen`, compiles for sixteen as it stands; nothing is left to an optimiser to find out.
+A `Lanes` value is two vector registers, or four, or eight: what the processor has. Every
+operation on it is that of `arithmetic` on each number, correctly rounded, so a lane has the bits
+that the same number has alone. Code written for one number, such as the exponential or the
+statements of `frozen`, compiles for sixteen as it stands; no optimiser has to find that out.
 
 Under NUMBA_DISABLE_JIT there is one lane, a plain number.
 """
@@ -17,9 +17,8 @@ from llvmlite import ir
 from numba import types
 from numba.core.datamodel import models
 from numba.core.imputils import lower_builtin, lower_cast
-from numba.core.typeconv import Conversion
-from numba.core.typing import signature
-from numba.core.typing.templates import AbstractTemplate, infer_global
+from numba.core.typeconv.castgraph import Conversion
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, overload, register_model
 
 from . import arithmetic
@@ -92,8 +91,11 @@ class _Unary(AbstractTemplate):
         return signature(lanes_type, lanes_type) if args == (lanes_type,) else None
 
 
+_infer: Any = infer_global
+
+
 def _operator(function: Any, name: str) -> None:
-    infer_global(function)(type(f"Lanes_{name}", (_Binary,), {}))
+    _infer(function)(type(f"Lanes_{name}", (_Binary,), {}))
 
     def build(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
         return getattr(builder, name)(*args)
@@ -112,7 +114,7 @@ for _function, _name in (
     (operator.truediv, "fdiv"),
 ):
     _operator(_function, _name)
-infer_global(operator.neg)(type("Lanes_neg", (_Unary,), {}))
+_infer(operator.neg)(type("Lanes_neg", (_Unary,), {}))
 lower_builtin(operator.neg, LanesType)(_negative)
 
 
