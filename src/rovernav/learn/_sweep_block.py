@@ -27,10 +27,12 @@ STOPS = {
 }
 """Why a member ended, by the number in its row."""
 _CODES = {reason: code for code, reason in STOPS.items()}
-LARGEST, SMALLEST = 1024, 32
+SMALLEST, USUAL, LARGEST = 32, 1024, 4096
 """Members of a block."""
-_CHANGES = 4 * 10**9
-"""Changes of single weights in a block, about two seconds of work: then it is kept."""
+_MANY = 10**5
+"""Sweeps with more members have larger blocks: the last members of a block work alone."""
+_SHORT, _LONG = 3 * 10**7, 4 * 10**9
+"""Changes of single weights in a block: some ten milliseconds, and some two seconds, of work."""
 
 
 class Brake:
@@ -64,7 +66,11 @@ def block_size(settings: SweepSettings, patterns: Patterns) -> int:
     """Members of a block: fewer where each takes long, so that little is lost by a crash."""
     weights = len(settings.network(0).parameters)
     each = max(1, settings.epochs * len(patterns.x) * weights)
-    return max(SMALLEST, min(LARGEST, _CHANGES // each))
+    if settings.tolerance > 0.0:
+        wanted = USUAL if settings.members <= _MANY else LARGEST
+    else:  # all members take as long: short blocks keep every worker busy to the end
+        wanted = min(LARGEST, _SHORT // each)
+    return max(SMALLEST, min(wanted, _LONG // each))
 
 
 def sweep_block(shared: Shared, item: tuple[int, int]) -> Rows:

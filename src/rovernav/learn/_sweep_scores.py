@@ -31,6 +31,7 @@ class SettingScore:
         high: Upper end.
         epochs: Quartiles and median of the epochs of those that met it; NaN where none did.
         updates: The same in weight updates.
+        least_error: Smallest of the members' largest |error|.
     """
 
     eta: float
@@ -43,6 +44,7 @@ class SettingScore:
     high: float
     epochs: tuple[float, float, float]
     updates: tuple[float, float, float]
+    least_error: float
 
 
 @value
@@ -85,6 +87,7 @@ class Scores:
     def _begin(self) -> None:
         """Nothing is counted of the next setting yet."""
         self._counts = np.zeros(4, np.int64)
+        self._least = math.inf
         self._epochs, self._times = np.empty(0, np.int64), np.empty(0, np.int64)
 
     def add(self, rows: Rows) -> None:
@@ -122,6 +125,7 @@ class Scores:
         )
 
     def _count(self, rows: Rows) -> None:
+        self._least = min(self._least, float(np.fmin.reduce(rows["max_error"], initial=math.inf)))
         self._counts += np.bincount(rows["stop"], minlength=4)
         fresh, times = np.unique(rows["epochs"][rows["stop"] == wide.TOLERANCE], return_counts=True)
         both = np.concatenate([self._epochs, fresh])
@@ -156,6 +160,7 @@ class Scores:
             high=high,
             epochs=(first, middle, third),
             updates=(first * p, middle * p, third * p),
+            least_error=self._least,
         )
 
 

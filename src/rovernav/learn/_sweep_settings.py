@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Sequence
 from typing import Any
 
-from ..core import I64, SettingError, ShapeError, canonical_json, value
+from ..core import SettingError, ShapeError, canonical_json, value
 from ..nets import Card, Network, default_activations, seeded_parameters, topology_text
 from ._online import OnlineSettings
 from ._patterns import Patterns
@@ -118,21 +117,6 @@ class SweepSettings:
             parameters=seeded_parameters(self.topology, [seed])[0],
             card=Card(seed=seed),
         )
-
-    def numbers(self, seeds: Sequence[int] | I64) -> list[int]:
-        """The members that have one of these seeds, in order.
-
-        Raises:
-            SettingError: A seed that is not in this sweep.
-        """
-        for seed in seeds:
-            if not self.first_seed <= seed < self.first_seed + self.seeds:
-                raise SettingError(
-                    f"seed {seed} is not in this sweep; its seeds are {self.first_seed} to "
-                    f"{self.first_seed + self.seeds - 1}"
-                )
-        places = sorted({int(seed) - self.first_seed for seed in seeds})
-        return [start + place for start in range(0, self.members, self.seeds) for place in places]
 
     def check_fit(self, patterns: Patterns) -> None:
         """Raise `ShapeError` unless the patterns have the topology's inputs and outputs."""

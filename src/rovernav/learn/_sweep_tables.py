@@ -17,7 +17,7 @@ _MEMBERS = "member,eta,momentum,seed,epochs,updates,stop,max_error\n"
 _SETTINGS = (
     "eta", "momentum", "members", "solved", "success", "success_low", "success_high",
     "epochs_q1", "epochs_median", "epochs_q3", "updates_q1", "updates_median", "updates_q3",
-    "diverged", "diverged_share",
+    "diverged", "diverged_share", "least_error",
 )  # fmt: skip
 
 
@@ -73,7 +73,7 @@ def write_settings_csv(result: SweepResult, path: Path) -> Path:
     for s in result.settings:
         numbers = (
             s.eta, s.momentum, s.members, s.solved, s.success, s.low, s.high,
-            *s.epochs, *s.updates, s.diverged, s.diverged / s.members,
+            *s.epochs, *s.updates, s.diverged, s.diverged / s.members, s.least_error,
         )  # fmt: skip
         writer.writerow("" if number != number else repr(number) for number in numbers)
     write_text(path, out.getvalue())

@@ -5,8 +5,16 @@ Nothing here loads the plotting library before a picture is asked for.
 
 from ._drive import draw_drive
 from ._paper import draw_paper_figure
+from ._sweep import draw_sweep
 from ._terrain import draw_terrain
 from ._training import draw_training
 from ._worlds import draw_worlds
 
-__all__ = ["draw_drive", "draw_paper_figure", "draw_terrain", "draw_training", "draw_worlds"]
+__all__ = [
+    "draw_drive",
+    "draw_paper_figure",
+    "draw_sweep",
+    "draw_terrain",
+    "draw_training",
+    "draw_worlds",
+]
