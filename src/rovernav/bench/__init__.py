@@ -1,5 +1,6 @@
 """Controllers measured side by side, with confidence intervals."""
 
-from ._pairs import Pairs, Score, draw_pairs, score, wilson
+from ..core import wilson
+from ._pairs import Pairs, Score, draw_pairs, score
 
 __all__ = ["Pairs", "Score", "draw_pairs", "score", "wilson"]

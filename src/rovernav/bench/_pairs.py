@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core import F64, Controller, Executor, Mission, Outcome, Serial, SettingError, value
+from ..core import F64, Controller, Executor, Mission, Outcome, Serial, SettingError, value, wilson
 from ..rover import Rover, standing
 from ..scenes import Scene, equip, fenced, free_pairs, pair_mission
 from ..sim import DriveState, Grid, Trace, Worlds, simulate
@@ -221,15 +221,6 @@ def _drive_part(shared: tuple[Scene, Controller, int], rows: slice) -> Ends:
     )
     trace = simulate(part.drive(controller), seed=seed, record="none")
     return {name: getattr(trace, name) for name in ("time", "pose", "outcome", "steps", "length")}
-
-
-def wilson(successes: int, trials: int, *, z: float = 1.959964) -> tuple[float, float]:
-    """95 % confidence interval of a share (Wilson 1927, JASA 22)."""
-    share = successes / trials
-    middle = share + z * z / (2 * trials)
-    half = z * math.sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials))
-    scale = 1 + z * z / trials
-    return max(0.0, (middle - half) / scale), min(1.0, (middle + half) / scale)
 
 
 def _farthest(side: float) -> float:

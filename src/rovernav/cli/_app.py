@@ -21,6 +21,7 @@ from ._inspect import inspect
 from ._mistakes import sentence
 from ._paper import paper
 from ._route import route
+from ._sweep import sweep
 from ._teach import teach
 from ._template import template
 from ._train import train
@@ -30,6 +31,7 @@ OK, FAILURE, BAD_INPUT = 0, 1, 2
 COMMANDS: dict[str, Callable[..., int]] = {
     "paper": paper,
     "train": train,
+    "sweep": sweep,
     "drive": drive,
     "route": route,
     "compare": compare,

@@ -22,14 +22,14 @@ class Place:
     """The options that say who does the work; they never change a result.
 
     Attributes:
-        workers: Processes on this machine; None for the command's own choice.
+        workers: Threads or processes on this machine; None for the command's own choice.
         cluster: Address of a Dask scheduler, or ``local``.
         cluster_timeout: How long the cluster may take to answer [s].
     """
 
     workers: Annotated[
         Whole | None,
-        Parameter(help="Processes that share the work; 0 for one per processor."),
+        Parameter(help="How many share the work here; 0 for one per processor."),
     ] = None
     cluster: Annotated[
         str | None,

@@ -21,6 +21,7 @@ from .frame import Frame
 from .outcome import Outcome
 from .roles import Codec, Controller, Executor, Mapper, Memory, Motion, Sensor
 from .settings import build, read_yaml
+from .shares import wilson
 from .values import map_arrays, read_only, value
 
 __all__ = [
@@ -70,6 +71,7 @@ __all__ = [
     "suggest",
     "unchanged",
     "value",
+    "wilson",
     "write_atomic",
     "write_text",
 ]

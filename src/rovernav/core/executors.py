@@ -75,7 +75,7 @@ class Threads:
         on_done: Callable[[], object] | None = None,
     ) -> Iterator[Result]:
         """The results, in order; the first error of a job is raised in its place."""
-        pool = ThreadPoolExecutor(self.workers, thread_name_prefix="rovernav")
+        wait, pool = True, ThreadPoolExecutor(self.workers, thread_name_prefix="rovernav")
         try:
             yield from in_order(
                 lambda item: pool.submit(job, shared, item),
@@ -83,8 +83,11 @@ class Threads:
                 lambda: AHEAD * self.workers,
                 on_done,
             )
+        except KeyboardInterrupt:
+            wait = False  # whoever asked for the work can now tell its jobs to end
+            raise
         finally:
-            pool.shutdown(cancel_futures=True)
+            pool.shutdown(wait=wait, cancel_futures=True)
 
 
 @final

@@ -25,7 +25,7 @@ from ._jit import JIT_DISABLED, kernel
 LOG2E = 1.4426950408889634
 _ROUND64 = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to a whole number
 _ROUND32 = np.float32(12582912.0)  # 1.5 * 2^23
-_LIMIT64, _LIMIT32 = 1022.0, np.float32(126.0)  # beyond these 2^z has no normal number
+LIMIT64, _LIMIT32 = 1022.0, np.float32(126.0)  # beyond these 2^z has no normal number
 
 _C0, _C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11, _C12 = (
     float.fromhex(h)
@@ -68,7 +68,9 @@ def _fma_typed(context: Any, a: Any, b: Any, c: Any) -> Any:
     """a*b + c by the processor's own instruction."""
 
     def build(_context: Any, builder: Any, _signature: Any, args: Any) -> Any:
-        return builder.fma(*args)
+        kind = args[0].type  # a number or a vector of numbers
+        function = ir.FunctionType(kind, [kind] * 3)
+        return builder.call(builder.module.declare_intrinsic("llvm.fma", [kind], function), args)
 
     return a(a, a, a), build
 
@@ -109,11 +111,20 @@ else:
     _as_float32 = _bits("_as_float32", types.int32, types.float32, ir.FloatType())
 
 
+def clamped(z: Any) -> Any:
+    """`z`, no nearer to infinity than 2^z is to a normal number; NaN stays NaN."""
+    return -LIMIT64 if z < -LIMIT64 else (LIMIT64 if z > LIMIT64 else z)
+
+
+def power_of_two(whole: Any) -> Any:
+    """2^k, from k + 1.5 * 2^52."""
+    return _as_float64((_as_int64(whole) + 1023) << 52)
+
+
 @kernel(inline=True)
-def _exp2_64(z: float) -> float:
+def _exp2_64(z: Any) -> Any:
     """2^z for finite z; the ends saturate at 2^-1022 and 2^1022; NaN stays NaN."""
-    z = -_LIMIT64 if z < -_LIMIT64 else z
-    z = _LIMIT64 if z > _LIMIT64 else z
+    z = clamped(z)
     whole = z + _ROUND64
     r = z - (whole - _ROUND64)
     r2 = r * r
@@ -122,8 +133,7 @@ def _exp2_64(z: float) -> float:
     a = fma(fma(r, _C3, _C2), r2, fma(r, _C1, _C0))
     b = fma(fma(r, _C7, _C6), r2, fma(r, _C5, _C4))
     c = fma(r4, _C12, fma(fma(r, _C11, _C10), r2, fma(r, _C9, _C8)))
-    power = _as_float64((_as_int64(whole) + 1023) << 52)
-    return power * fma(c, r8, fma(b, r4, a))
+    return power_of_two(whole) * fma(c, r8, fma(b, r4, a))
 
 
 @kernel(inline=True)
@@ -166,6 +176,11 @@ def relu(s: Any) -> Any:
     return 0.0 if s < 0.0 else s
 
 
+def step(o: Any) -> Any:
+    """1 above 0, otherwise 0: the slope of `relu` from its output."""
+    return 1.0 if o > 0.0 else 0.0
+
+
 # Numba compares argument names with annotations, so the overloads have none.
 @overload(exp)
 def _exp(x):  # pyright: ignore[reportMissingParameterType]
@@ -185,7 +200,7 @@ def _sigmoid(s):  # pyright: ignore[reportMissingParameterType]
 def _relu(s):  # pyright: ignore[reportMissingParameterType]
     if s is types.float32:
         return lambda s: _ZERO if s < _ZERO else s
-    return lambda s: 0.0 if s < 0.0 else s
+    return (lambda s: 0.0 if s < 0.0 else s) if isinstance(s, types.Number) else None
 
 
 @overload(tanh)
@@ -193,3 +208,22 @@ def _tanh(s):  # pyright: ignore[reportMissingParameterType]
     if s is types.float32:
         return lambda s: _ONE - _TWO / (_ONE + _exp2_32(_TWO * s * _LOG2E32))
     return lambda s: 1.0 - 2.0 / (1.0 + _exp2_64(2.0 * s * LOG2E))
+
+
+@overload(clamped)
+def _clamped(z):  # pyright: ignore[reportMissingParameterType]
+    if z is types.float64:
+        return lambda z: -LIMIT64 if z < -LIMIT64 else (LIMIT64 if z > LIMIT64 else z)
+    return None
+
+
+@overload(power_of_two)
+def _power_of_two(whole):  # pyright: ignore[reportMissingParameterType]
+    if whole is types.float64:
+        return lambda whole: _as_float64((_as_int64(whole) + 1023) << 52)
+    return None
+
+
+@overload(step)
+def _step(o):  # pyright: ignore[reportMissingParameterType]
+    return (lambda o: 1.0 if o > 0.0 else 0.0) if o is types.float64 else None

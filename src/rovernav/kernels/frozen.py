@@ -12,6 +12,7 @@ import importlib.util
 import secrets
 import sys
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 from typing import Any
 
 from ._jit import OPTIONS, cache_folder, cached
@@ -25,9 +26,11 @@ _OUTPUT = {SIGMOID: "sigmoid({s})", TANH: "tanh({s})", RELU: "relu({s})"}
 _SLOPE = {
     SIGMOID: "{o} * (1.0 - {o})",
     TANH: "fma(-{o}, {o}, 1.0)",
-    RELU: "(1.0 if {o} > 0.0 else 0.0)",
+    RELU: "step({o})",
 }
 Layers = tuple[tuple[int, int, int], ...]
+ARITHMETIC = "from rovernav.kernels.arithmetic import fma, relu, sigmoid, step, tanh"
+"""What the statements below call."""
 
 
 @functools.cache
@@ -38,16 +41,16 @@ def frozen_train(layers: Layers, rule: int) -> Callable[..., tuple[int, bool]]:
     """
     name = "x".join(f"{i}_{u}_{code}" for i, u, code in layers)
     source = "\n".join(_module(layers, rule)) + "\n"
-    return cached(_function(f"frozen_{name}_{rule}", source), OPTIONS)
+    return cached(written(f"frozen_{name}_{rule}", source).train, OPTIONS)
 
 
-def _function(name: str, source: str) -> Callable[..., Any]:
-    """The function `train` of a generated module; a file in the kernel cache where possible."""
+def written(name: str, source: str) -> Any:
+    """A generated module; a file in the kernel cache where possible."""
     folder = cache_folder()
     if folder is None:
         space: dict[str, Any] = {"__name__": f"rovernav.kernels.{name}"}
-        exec(source, space)  # generated above, from whole numbers alone
-        return space["train"]
+        exec(source, space)  # generated here, from whole numbers alone
+        return SimpleNamespace(**space)
     path = folder / f"{name}.py"
     if not path.exists() or path.read_bytes() != source.encode():
         scratch = path.with_suffix(f".{secrets.token_hex(4)}.tmp")
@@ -59,13 +62,13 @@ def _function(name: str, source: str) -> Callable[..., Any]:
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # Numba looks there when it loads the compiled code
     spec.loader.exec_module(module)
-    return module.train
+    return module
 
 
 def _module(layers: Layers, rule: int) -> Iterator[str]:
-    weights = sum(units * (inputs + 1) for inputs, units, _ in layers)
+    weights = _starts(layers)[-1]
     yield "import numpy as np"
-    yield "from rovernav.kernels.arithmetic import fma, relu, sigmoid, tanh"
+    yield ARITHMETIC
     yield "from rovernav.kernels.backprop import shuffle"
     yield "from rovernav.kernels.network import all_within"
     yield ""
@@ -82,19 +85,18 @@ def _module(layers: Layers, rule: int) -> Iterator[str]:
     yield "        if s.seed >= 0:"
     yield "            shuffle(order, s.seed, s.epoch + done)"
     yield "        for p in order:"
-    yield from ("            " + line for line in _update(layers, rule))
+    yield from ("            " + line for line in update(layers, rule))
     yield from (f"    w[{q}] = w{q}; v[{q}] = v{q}" for q in range(weights))
     yield "    return s.epochs, False"
 
 
-def _update(layers: Layers, rule: int) -> Iterator[str]:
-    starts = [0]
-    for inputs, units, _ in layers:
-        starts.append(starts[-1] + units * (inputs + 1))
-    yield from _forward(layers, starts)
+def update(layers: Layers, rule: int, x: str = "x[p, {i}]", y: str = "y[p, {k}]") -> Iterator[str]:
+    """Statements that change the weights for pattern p; `x` and `y` say how it is read."""
+    starts = _starts(layers)
+    yield from forward(layers, x)
     last = len(layers) - 1
     for k in range(layers[last][1]):
-        yield f"error = y[p, {k}] - o{last}_{k}"
+        yield f"error = {y.format(k=k)} - o{last}_{k}"
         yield from _signal(layers[last][2], last, k)
     for layer in range(last, -1, -1):
         back = list(_back(layers, starts, layer)) if layer > 0 else []
@@ -102,9 +104,11 @@ def _update(layers: Layers, rule: int) -> Iterator[str]:
         yield from (back + change if rule == TEXTBOOK else change + back)
 
 
-def _forward(layers: Layers, starts: list[int]) -> Iterator[str]:
+def forward(layers: Layers, x: str = "x[p, {i}]") -> Iterator[str]:
+    """Statements that run pattern p through the network; unit k of the last layer is o{last}_k."""
+    starts = _starts(layers)
     for i in range(layers[0][0]):
-        yield f"x{i} = x[p, {i}]"
+        yield f"x{i} = {x.format(i=i)}"
     for layer, (inputs, units, code) in enumerate(layers):
         for unit in range(units):
             at = starts[layer] + unit * (inputs + 1)
@@ -112,6 +116,14 @@ def _forward(layers: Layers, starts: list[int]) -> Iterator[str]:
             for i in range(inputs):
                 yield f"s{unit} = fma(w{at + i}, {_source(layer, i)}, s{unit})"
             yield f"o{layer}_{unit} = {_OUTPUT.get(code, '{s}').format(s=f's{unit}')}"
+
+
+def _starts(layers: Layers) -> list[int]:
+    """Where each layer's weights begin, and where the last one's end."""
+    starts = [0]
+    for inputs, units, _ in layers:
+        starts.append(starts[-1] + units * (inputs + 1))
+    return starts
 
 
 def _signal(code: int, layer: int, unit: int) -> Iterator[str]:

@@ -30,6 +30,12 @@ from ._paper import (
 from ._patterns import Patterns, read_patterns, shipped_patterns, shipped_tables, write_patterns
 from ._progress import Listener, Progress, StopReason
 from ._recipe import Recipe, read_recipe, recipes
+from ._sweep import SweepListener, SweepProgress, SweepResult, sweep
+from ._sweep_block import train_members
+from ._sweep_scores import MemberScore, SettingScore
+from ._sweep_settings import SweepSettings
+from ._sweep_store import SweepStore
+from ._sweep_tables import write_members_csv, write_settings_csv
 from ._trace import trace_csv, trace_length, trace_text, weight_names
 
 __all__ = [
@@ -43,12 +49,19 @@ __all__ = [
     "BatchTraining",
     "Lesson",
     "Listener",
+    "MemberScore",
     "OnlineSettings",
     "Patterns",
     "Progress",
     "Recipe",
     "Recorder",
+    "SettingScore",
     "StopReason",
+    "SweepListener",
+    "SweepProgress",
+    "SweepResult",
+    "SweepSettings",
+    "SweepStore",
     "Training",
     "WorkedExample",
     "advance",
@@ -70,15 +83,19 @@ __all__ = [
     "save_training",
     "shipped_patterns",
     "shipped_tables",
+    "sweep",
     "teach",
     "trace_csv",
     "trace_length",
     "trace_text",
     "train",
     "train_batches",
+    "train_members",
     "trained_paper_network",
     "usual_rover",
     "weight_names",
     "worked_example",
+    "write_members_csv",
     "write_patterns",
+    "write_settings_csv",
 ]

@@ -1,6 +1,7 @@
 """The network: topology, weights, activations, forward pass, gradients and the weight file."""
 
 from ._card import Card
+from ._drawn import seeded_parameters
 from ._file import load_network, save_network, weights_sha256
 from ._gradient import LOSSES, Backward, check_loss, gradient
 from ._network import (
@@ -25,6 +26,7 @@ __all__ = [
     "parameter_count",
     "parse_topology",
     "save_network",
+    "seeded_parameters",
     "topology_text",
     "weights_sha256",
 ]

@@ -6,6 +6,7 @@ Nothing here loads the plotting library before a picture is asked for.
 from ._drive import draw_drive
 from ._paper import draw_paper_figure
 from ._route import draw_route
+from ._sweep import draw_sweep
 from ._terrain import draw_terrain
 from ._training import draw_training
 from ._worlds import draw_worlds
@@ -14,6 +15,7 @@ __all__ = [
     "draw_drive",
     "draw_paper_figure",
     "draw_route",
+    "draw_sweep",
     "draw_terrain",
     "draw_training",
     "draw_worlds",
