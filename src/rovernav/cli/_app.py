@@ -20,6 +20,7 @@ from ._drive import drive
 from ._inspect import inspect
 from ._mistakes import sentence
 from ._paper import paper
+from ._studio import studio
 from ._teach import teach
 from ._template import template
 from ._train import train
@@ -35,6 +36,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "template": template,
     "inspect": inspect,
     "demo": demo,
+    "studio": studio,
 }
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG)
 """What a user's other words would not mend."""

@@ -7,6 +7,14 @@ from ._drive import draw_drive
 from ._paper import draw_paper_figure
 from ._terrain import draw_terrain
 from ._training import draw_training
+from ._words import PALETTE
 from ._worlds import draw_worlds
 
-__all__ = ["draw_drive", "draw_paper_figure", "draw_terrain", "draw_training", "draw_worlds"]
+__all__ = [
+    "PALETTE",
+    "draw_drive",
+    "draw_paper_figure",
+    "draw_terrain",
+    "draw_training",
+    "draw_worlds",
+]

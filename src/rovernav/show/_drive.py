@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core import F64, ShapeError
 from ..rover import Standing
-from ..sim import Trace
+from ..sim import Trace, Worlds
 from ..terrain import Terrain
 from ._canvas import INK, footer, heading, in_metres, picture
 from ._map import (
@@ -21,6 +21,7 @@ from ._map import (
     window_around,
 )
 from ._relief import Window, draw_forbidden, draw_relief, piece_of
+from ._worlds import draw_boxes, draw_shapes
 from ._words import amount, end_colour, end_marker, end_words, path_of
 
 if TYPE_CHECKING:
@@ -39,8 +40,9 @@ def draw_drive(
     terrain: Terrain,
     standing: Standing | None = None,
     sensed: F64 | None = None,
+    worlds: Worlds | None = None,
     title: str | None = None,
-) -> Path:
+) -> Path:  # noqa: PLR0913 - each is one layer of the picture
     """Draw the drive of the first rover of a trace, north up.
 
     Args:
@@ -49,6 +51,7 @@ def draw_drive(
         terrain: The ground.
         standing: Where the rover could stand, drawn by reason.
         sensed: Points (m, 2) that the rover's beams met [m].
+        worlds: Where it was driven, for the obstacles that somebody drew.
         title: Instead of the terrain's name.
 
     Returns:
@@ -67,6 +70,9 @@ def draw_drive(
         window = window_around(ends, terrain.frame)
         axes = figure.add_axes((0.065, 0.115, 0.64, 0.81))
         extra, tint = _ground(axes, terrain, standing, window)
+        if worlds is not None:
+            draw_boxes(axes, worlds)
+            draw_shapes(axes, worlds, labelled=not len(worlds.boxes))
         line = _path(axes, trace, driven, sensed)
         scale_bar(axes, window, ends)
         in_metres(axes)
