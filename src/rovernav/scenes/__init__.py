@@ -14,29 +14,35 @@ from ._bassil import (
     rectangle_scene,
     scenario_names,
 )
-from ._ground import FRAMES, Ground, equip, fenced, ground_scene, to_local
+from ._generated import GENERATORS, Hills, generate
+from ._ground import FRAMES, Ground, among, equip, fenced, ground_scene, to_local
 from ._named import named_scene, scene_names
 from ._practice import free_pairs, pair_mission, practice_grid
-from ._scenario import Scenario, on_terrain, read_scenario, set_scene
+from ._scenario import Scenario, obstacles, on_terrain, read_scenario, set_scene, strewn
 
 __all__ = [
     "BOUNDS",
     "FRAMES",
+    "GENERATORS",
     "OBSTACLE",
     "PAPER_POINTS",
     "STEP",
     "A",
     "B",
     "Ground",
+    "Hills",
     "Scenario",
     "Scene",
+    "among",
     "bassil_scene",
     "draw_rectangles",
     "equip",
     "fenced",
     "free_pairs",
+    "generate",
     "ground_scene",
     "named_scene",
+    "obstacles",
     "on_terrain",
     "pair_mission",
     "practice_grid",
@@ -46,5 +52,6 @@ __all__ = [
     "scenario_names",
     "scene_names",
     "set_scene",
+    "strewn",
     "to_local",
 ]
