@@ -15,6 +15,7 @@ from ._online import (
     advance,
     check_fit,
     progress,
+    step_patterns,
     train,
 )
 from ._paper import (
@@ -27,14 +28,24 @@ from ._paper import (
     trained_paper_network,
     worked_example,
 )
-from ._patterns import Patterns, read_patterns, shipped_patterns, shipped_tables, write_patterns
+from ._patterns import (
+    Patterns,
+    parse_patterns,
+    patterns_csv,
+    read_patterns,
+    shipped_patterns,
+    shipped_tables,
+    write_patterns,
+)
 from ._progress import Listener, Progress, StopReason
 from ._recipe import Recipe, read_recipe, recipes
 from ._trace import trace_csv, trace_length, trace_text, weight_names
+from ._worked import PRINTED, WorkedRow, WorkedStep, worked_steps
 
 __all__ = [
     "OPTIMIZERS",
     "ORDERS",
+    "PRINTED",
     "RULES",
     "SCHEDULES",
     "W1",
@@ -51,6 +62,8 @@ __all__ = [
     "StopReason",
     "Training",
     "WorkedExample",
+    "WorkedRow",
+    "WorkedStep",
     "advance",
     "advance_batches",
     "check_fit",
@@ -63,6 +76,8 @@ __all__ = [
     "mirrored",
     "paper_network",
     "paper_training",
+    "parse_patterns",
+    "patterns_csv",
     "progress",
     "read_patterns",
     "read_recipe",
@@ -70,6 +85,7 @@ __all__ = [
     "save_training",
     "shipped_patterns",
     "shipped_tables",
+    "step_patterns",
     "teach",
     "trace_csv",
     "trace_length",
@@ -80,5 +96,6 @@ __all__ = [
     "usual_rover",
     "weight_names",
     "worked_example",
+    "worked_steps",
     "write_patterns",
 ]
