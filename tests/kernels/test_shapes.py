@@ -130,7 +130,7 @@ def test_each_rover_meets_the_shapes_of_its_own_world() -> None:
         of=np.array([2, 0, 1, 2]),
         blocked=np.zeros((0, 0), np.uint8),
         cell=1.0,
-        corners=np.concatenate([SQUARE, [[5.0, 1.5]], SQUARE + (2.0, 0.0)]),
+        corners=np.concatenate([SQUARE, [[5.0, 1.5]], SQUARE + np.array([2.0, 0.0])]),
         ends=np.array([0, 4, 5, 9]),
         radius=np.array([0.0, 0.5, 0.0]),
         shapes=np.array([0, 1, 1, 3]),

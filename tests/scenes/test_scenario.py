@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,18 @@ from shapely import LineString, Point, Polygon
 
 from rovernav.core import Outcome, RovernavError, SettingError
 from rovernav.learn import find_controller
-from rovernav.rover import read_rover
-from rovernav.scenes import Ground, Hills, Scenario, Scene, generate, read_scenario, set_scene
+from rovernav.rover import read_rover, standing
+from rovernav.scenes import (
+    Ground,
+    Hills,
+    Scenario,
+    Scene,
+    generate,
+    nearest_free,
+    read_scenario,
+    scenario_text,
+    set_scene,
+)
 from rovernav.sim import clearance, simulate
 from tests.cli.runner import write_ground
 
@@ -49,6 +60,8 @@ def test_a_written_scenario_reads_back(  # noqa: PLR0913
     whole = scenario(start, goal, **keys)
     plain = whole.model_dump(mode="json", by_alias=True, exclude_none=True)
     path = write(tmp_path_factory.mktemp("s") / "drive.yaml", **plain)
+    assert read_scenario(path) == whole
+    path.write_text(scenario_text(whole))
     assert read_scenario(path) == whole
 
 
@@ -181,5 +194,29 @@ def test_generated_ground_is_the_seeds_and_takes_obstacles_in_its_frame() -> Non
 
 
 def test_hills_of_two_seeds_differ() -> None:
-    a, b = (generate(Hills(side_m=10.0), seed=seed).height for seed in (0, 1))
+    a, b = (generate(Hills.model_validate({"side_m": 10.0}), seed=seed).height for seed in (0, 1))
     assert not np.array_equal(a, b)
+
+
+def test_the_text_of_a_scenario_says_what_matters_and_no_more(tmp_path: Path) -> None:
+    whole = scenario((5, 5), (20, 20), generate={"relief_m": 2}, circles=[(1e-5, 2, 3)], rocks=0.05)
+    text = scenario_text(whole)
+    path = tmp_path / "drive.yaml"
+    path.write_text(text)
+    assert read_scenario(path) == whole
+    assert "time_limit" not in text
+    assert "craters: 25" in text
+    assert "seed: 0" in text
+
+
+def test_the_nearest_free_place_is_free_and_nearest() -> None:
+    terrain = generate(Hills.model_validate({"side_m": 20.0, "relief_m": 8.0}), seed=2)
+    where = standing(terrain, read_rover("research"))
+    assert where.share > 0.1
+    x, y = nearest_free(where, (10.0, 10.0))
+    free = np.argwhere(where.blocked == 0) + 0.5
+    gaps = np.hypot(free[:, 1] * 0.2 - 10.0, free[:, 0] * 0.2 - 10.0)
+    assert np.hypot(x - 10.0, y - 10.0) == pytest.approx(gaps.min())
+    nowhere = dataclasses.replace(where, blocked=np.ones_like(where.blocked))
+    with pytest.raises(SettingError, match="nowhere on this ground"):
+        nearest_free(nowhere, (1.0, 1.0))

@@ -139,7 +139,7 @@ def test_shapes_that_are_none_are_refused(what: Any, message: str) -> None:
     ],
 )
 def test_packed_shapes_must_fit_each_other(changes: dict[str, Any], message: str) -> None:
-    good = {
+    good: dict[str, Any] = {
         "corners": np.zeros((1, 2)),
         "ends": np.array([0, 1]),
         "radius": np.zeros(1),

@@ -2,8 +2,8 @@
 
 from ._batch_settings import OPTIMIZERS, SCHEDULES, BatchSettings
 from ._checkpoint import checkpointer, load_training, save_training
-from ._describe import describe
-from ._drivers import find_controller, usual_rover
+from ._describe import describe, seeded_network
+from ._drivers import controller_names, find_controller, rover_of, usual_rover
 from ._imitate import Lesson, fresh_network, mirrored, teach
 from ._minibatch import BatchTraining, advance_batches, train_batches
 from ._online import (
@@ -30,6 +30,7 @@ from ._paper import (
 )
 from ._patterns import (
     Patterns,
+    parse_number,
     parse_patterns,
     patterns_csv,
     read_patterns,
@@ -68,6 +69,7 @@ __all__ = [
     "advance_batches",
     "check_fit",
     "checkpointer",
+    "controller_names",
     "describe",
     "find_controller",
     "fresh_network",
@@ -76,13 +78,16 @@ __all__ = [
     "mirrored",
     "paper_network",
     "paper_training",
+    "parse_number",
     "parse_patterns",
     "patterns_csv",
     "progress",
     "read_patterns",
     "read_recipe",
     "recipes",
+    "rover_of",
     "save_training",
+    "seeded_network",
     "shipped_patterns",
     "shipped_tables",
     "step_patterns",

@@ -15,10 +15,18 @@ from ._bassil import (
     scenario_names,
 )
 from ._generated import GENERATORS, Hills, generate
-from ._ground import FRAMES, Ground, among, equip, fenced, ground_scene, to_local
+from ._ground import FRAMES, Ground, among, equip, fenced, ground_scene, nearest_free, to_local
 from ._named import named_scene, scene_names
 from ._practice import free_pairs, pair_mission, practice_grid
-from ._scenario import Scenario, obstacles, on_terrain, read_scenario, set_scene, strewn
+from ._scenario import (
+    Scenario,
+    obstacles,
+    on_terrain,
+    read_scenario,
+    scenario_text,
+    set_scene,
+    strewn,
+)
 
 __all__ = [
     "BOUNDS",
@@ -42,6 +50,7 @@ __all__ = [
     "generate",
     "ground_scene",
     "named_scene",
+    "nearest_free",
     "obstacles",
     "on_terrain",
     "pair_mission",
@@ -50,6 +59,7 @@ __all__ = [
     "read_scenario",
     "rectangle_scene",
     "scenario_names",
+    "scenario_text",
     "scene_names",
     "set_scene",
     "strewn",

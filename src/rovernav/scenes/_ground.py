@@ -167,6 +167,21 @@ def equip(
     return (fan,), LocalMapper(fan.angles, reach=fan.reach), motion, rover.speed
 
 
+def nearest_free(where: Standing, point: tuple[float, float]) -> tuple[float, float]:
+    """The middle of the free cell nearest to a local point [m].
+
+    Raises:
+        SettingError: Nowhere on this ground can the rover stand.
+    """
+    rows, columns = np.nonzero(where.blocked == 0)
+    if not len(rows):
+        raise SettingError("nowhere on this ground can the rover stand; choose another rover")
+    cell = where.frame.cell
+    far = (columns + 0.5 - point[0] / cell) ** 2 + (rows + 0.5 - point[1] / cell) ** 2
+    nearest = int(np.argmin(far))
+    return where.frame.centre_of(int(rows[nearest]), int(columns[nearest]))
+
+
 def to_local(
     terrain: Terrain, point: tuple[float, float], frame: str = "crs"
 ) -> tuple[float, float]:

@@ -181,6 +181,22 @@ def read_scenario(path: Path) -> Scenario:
     return scenario.model_copy(update=beside)
 
 
+def scenario_text(scenario: Scenario) -> str:
+    """The scenario as a YAML file that `read_scenario` reads back to the same values.
+
+    What has its default is left out, but for the seed, the rover and the controller.
+    """
+    import yaml
+
+    whole = scenario.model_dump(mode="json", by_alias=True, exclude_none=True)
+    few = scenario.model_dump(mode="json", by_alias=True, exclude_defaults=True)
+    named = {key: whole[key] for key in ("rover", "controller", "seed") if key in whole}
+    ground = {"generate": whole["generate"]} if scenario.generate is not None else {}
+    first = "# rovernav drive SCENARIO.yaml\n"
+    data = {**few, **ground, **named}
+    return first + yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=95)
+
+
 def set_scene(scenario: Scenario) -> Scene | Ground:
     """The scene that a scenario describes: on an elevation model, on generated ground, or flat.
 

@@ -21,8 +21,8 @@ from ._map import (
     window_around,
 )
 from ._relief import Window, draw_forbidden, draw_relief, piece_of
-from ._worlds import draw_boxes, draw_shapes
 from ._words import amount, end_colour, end_marker, end_words, path_of
+from ._worlds import draw_boxes, draw_shapes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +33,7 @@ _SIDE, _WIDE = 0.725, 0.25
 """Left edge and width of the column beside the map, as shares of the figure."""
 
 
-def draw_drive(
+def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
     trace: Trace,
     path: Path,
     *,
@@ -42,7 +42,7 @@ def draw_drive(
     sensed: F64 | None = None,
     worlds: Worlds | None = None,
     title: str | None = None,
-) -> Path:  # noqa: PLR0913 - each is one layer of the picture
+) -> Path:
     """Draw the drive of the first rover of a trace, north up.
 
     Args:
