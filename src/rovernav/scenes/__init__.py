@@ -15,7 +15,17 @@ from ._bassil import (
     scenario_names,
 )
 from ._generated import GENERATORS, Hills, generate
-from ._ground import FRAMES, Ground, among, equip, fenced, ground_scene, nearest_free, to_local
+from ._ground import (
+    FRAMES,
+    Ground,
+    among,
+    check_end,
+    equip,
+    fenced,
+    ground_scene,
+    nearest_free,
+    to_local,
+)
 from ._named import named_scene, scene_names
 from ._practice import free_pairs, pair_mission, practice_grid
 from ._scenario import (
@@ -43,6 +53,7 @@ __all__ = [
     "Scene",
     "among",
     "bassil_scene",
+    "check_end",
     "draw_rectangles",
     "equip",
     "fenced",

@@ -56,7 +56,7 @@ class Ground:
         return self.scene.motion
 
 
-def ground_scene(
+def ground_scene(  # noqa: PLR0913 - the last three by keyword
     terrain: Terrain,
     rover: Rover,
     start: tuple[float, float],
@@ -64,6 +64,7 @@ def ground_scene(
     *,
     time_limit: float | None = None,
     obstacles: Sequence[Shape] = (),
+    where: Standing | None = None,
 ) -> Ground:
     """A drive over a terrain: obstacles are the places where the rover cannot stand.
 
@@ -74,15 +75,15 @@ def ground_scene(
         goal: Local x, y [m].
         time_limit: Seconds [s]; five times the straight line where not given.
         obstacles: What somebody drew on the ground besides, local metres.
+        where: Where this rover can stand on this terrain, if it is known already.
 
     Raises:
         SettingError: Start or goal lie off the map, in an obstacle, or where the rover cannot
             stand.
     """
-    where = standing(terrain, rover)
+    where = where or standing(terrain, rover)
     for name, point in (("start", start), ("goal", goal)):
-        _check_point(name, point, where, rover)
-        _check_clear(name, point, obstacles, rover)
+        check_end(name, point, where, rover, obstacles)
     sensors, mapper, motion, pace = equip(rover, terrain.frame.cell)
     straight = math.dist(start, goal)
     limit = max(60.0, PATIENCE * straight / pace) if time_limit is None else time_limit
@@ -120,6 +121,26 @@ def _box_of(shape: Shape) -> tuple[float, float, float, float] | None:
     (x0, y0), _, (x1, y1), _ = shape.corners.tolist()
     same = shape.corners.tolist() == Shape.box(x0, y0, x1, y1).corners.tolist()
     return (x0, y0, x1, y1) if same and x0 <= x1 and y0 <= y1 else None
+
+
+def check_end(
+    name: str,
+    point: tuple[float, float],
+    where: Standing,
+    rover: Rover,
+    obstacles: Sequence[Shape] = (),
+) -> None:
+    """Raise `SettingError` with the reason where a rover cannot stand at a start or goal.
+
+    Args:
+        name: ``start`` or ``goal``.
+        point: Local x, y [m].
+        where: Where the rover can stand.
+        rover: Who.
+        obstacles: What was drawn on the ground besides.
+    """
+    _check_point(name, point, where, rover)
+    _check_clear(name, point, obstacles, rover)
 
 
 def _check_clear(

@@ -17,7 +17,7 @@ from pydantic import (
 )
 
 from ..core import Mission, SettingError, build, read_yaml, suggest
-from ..rover import Rover, read_rover
+from ..rover import Rover, Standing, read_rover
 from ..sim import Shape, Worlds
 from ..terrain import Terrain, read_terrain, scatter_rocks, with_rocks
 from ._bassil import Scene
@@ -212,9 +212,18 @@ def set_scene(scenario: Scenario) -> Scene | Ground:
     return on_terrain(scenario, read_terrain(scenario.terrain, cell=scenario.cell), rover)
 
 
-def on_terrain(scenario: Scenario, terrain: Terrain, rover: Rover) -> Ground:
-    """The scene of a scenario on a terrain that has been read already, its rocks scattered."""
-    if scenario.rocks is not None:
+def on_terrain(
+    scenario: Scenario, terrain: Terrain, rover: Rover, *, where: Standing | None = None
+) -> Ground:
+    """The scene of a scenario on a terrain that has been read already, its rocks scattered.
+
+    Args:
+        scenario: What to do there.
+        terrain: The ground.
+        rover: Who drives.
+        where: Where the rover can stand, if it is known already: then the rocks lie there too.
+    """
+    if scenario.rocks is not None and where is None:
         terrain = strewn(terrain, scenario.rocks, seed=scenario.seed)
     return ground_scene(
         terrain,
@@ -223,6 +232,7 @@ def on_terrain(scenario: Scenario, terrain: Terrain, rover: Rover) -> Ground:
         to_local(terrain, scenario.goal, scenario.frame),
         time_limit=scenario.time_limit_s,
         obstacles=obstacles(scenario, terrain),
+        where=where,
     )
 
 

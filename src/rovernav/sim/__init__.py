@@ -7,7 +7,7 @@ from ._motion import DifferentialDrive, TwoAxis
 from ._sensors import ClearSight, OffLine
 from ._shapes import Shape, Shapes
 from ._simulate import Drive, DriveState, begin, simulate, tick
-from ._trace import Trace, load_trace, save_trace
+from ._trace import Trace, TraceBuilder, load_trace, save_trace
 from ._world import Grid, Worlds
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "Shape",
     "Shapes",
     "Trace",
+    "TraceBuilder",
     "TwoAxis",
     "Worlds",
     "begin",
