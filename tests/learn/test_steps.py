@@ -156,16 +156,12 @@ def test_a_checkpoint_within_an_epoch_goes_on(tmp_path: Path) -> None:
     save_training(now, SHUFFLED, TABLE, path)
     back = load_training(path, SHUFFLED, TABLE)
     assert back.pattern == 3
-    assert_same_training(
-        train(back, TABLE, SHUFFLED), train(paper_network(), TABLE, SHUFFLED)
-    )
+    assert_same_training(train(back, TABLE, SHUFFLED), train(paper_network(), TABLE, SHUFFLED))
 
 
 def test_a_shorter_table_cannot_go_on_within_the_epoch() -> None:
     now = step_patterns(Training.fresh(paper_network()), TABLE, PLAIN, 3)
-    short = Patterns(
-        x=TABLE.x[:2], y=TABLE.y[:2], inputs=TABLE.inputs, outputs=TABLE.outputs
-    )
+    short = Patterns(x=TABLE.x[:2], y=TABLE.y[:2], inputs=TABLE.inputs, outputs=TABLE.outputs)
     with pytest.raises(ShapeError, match="3 patterns of this epoch are done, but the table has 2"):
         step_patterns(now, short, PLAIN)
     with pytest.raises(ShapeError, match="the network has 1 inputs"):

@@ -107,7 +107,9 @@ def parse_patterns(text: str, source: Path | str, *, inputs: int | None = None) 
     names = [name.strip() for name in header]
     sources, targets = _columns(source, line, names, inputs)
     if len(rows) == 1:
-        raise PatternError(f"{source} has a header but no pattern; add at least one line of numbers")
+        raise PatternError(
+            f"{source} has a header but no pattern; add at least one line of numbers"
+        )
     table = np.array([_numbers(source, line, names, row) for line, row in rows[1:]])
     return Patterns(
         x=np.ascontiguousarray(table[:, sources]),
@@ -150,6 +152,21 @@ def patterns_csv(patterns: Patterns) -> str:
     writer.writerow(header)
     writer.writerows([repr(float(cell)) for cell in row] for row in table)
     return out.getvalue()
+
+
+def parse_number(cell: str) -> float:
+    """The number in a cell of a table.
+
+    Raises:
+        PatternError: It is empty, no number, or not a finite one.
+    """
+    if not _is_number(cell):
+        shown = cell.strip()[:40]
+        raise PatternError(f"{shown!r} is not a number" if shown else "the cell is empty")
+    number = float(cell)
+    if not math.isfinite(number):
+        raise PatternError(f"{cell.strip()} is not finite")
+    return number
 
 
 def _rows(path: Path | str, text: str) -> list[tuple[int, list[str]]]:
@@ -218,15 +235,10 @@ def _numbers(path: Path | str, line: int, names: list[str], row: list[str]) -> l
         raise PatternError(f"{path}, line {line}: {len(names)} cells needed, got {len(row)}")
     out: list[float] = []
     for name, cell in zip(names, row, strict=True):
-        if not _is_number(cell):
-            shown = cell.strip()[:40]
-            problem = f"{shown!r} is not a number" if shown else "the cell is empty"
-            raise PatternError(f"{path}, line {line}, column {name!r}: {problem}")
-        number = float(cell)
-        if not math.isfinite(number):
-            raise PatternError(
-                f"{path}, line {line}, column {name!r}: {cell.strip()} is not finite"
-            )
+        try:
+            number = parse_number(cell)
+        except PatternError as error:
+            raise PatternError(f"{path}, line {line}, column {name!r}: {error}") from None
         out.append(number)
     return out
 

@@ -106,7 +106,7 @@ def worked_steps(rule: str = "paper") -> tuple[WorkedStep, ...]:
     new = WorkedStep(
         title="New weights of the outputs",
         note="Old weight plus eta times source times error, eta 0.25; "
-        "the paper prints three of them, then \"...etc\".",
+        'the paper prints three of them, then "...etc".',
         rows=tuple(_new_w2(example)),
     )
     back = WorkedStep(

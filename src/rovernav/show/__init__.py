@@ -5,16 +5,20 @@ Nothing here loads the plotting library before a picture is asked for.
 
 from ._drive import draw_drive
 from ._paper import draw_paper_figure
+from ._relief import WHY, relief_pixels
 from ._terrain import draw_terrain
 from ._training import draw_training
-from ._words import PALETTE
+from ._words import PALETTE, end_words
 from ._worlds import draw_worlds
 
 __all__ = [
     "PALETTE",
+    "WHY",
     "draw_drive",
     "draw_paper_figure",
     "draw_terrain",
     "draw_training",
     "draw_worlds",
+    "end_words",
+    "relief_pixels",
 ]

@@ -39,7 +39,8 @@ class Options:
             raise SettingError(f"port must be from 0 (any free one) to 65535, got {self.port!r}")
         if not self.host or any(c.isspace() or c in "/@?#" for c in self.host):
             raise SettingError(
-                f"host must be an address of this machine like {LOCAL} or 0.0.0.0, got {self.host!r}"
+                f"host must be an address of this machine like {LOCAL} or 0.0.0.0, "
+                f"got {self.host!r}"
             )
 
     @property

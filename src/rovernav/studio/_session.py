@@ -7,6 +7,7 @@ import threading
 import time
 from typing import Any
 
+from ._desk import TableDesk
 from ._drive import DriveModel
 from ._library import Library
 from ._options import Options
@@ -33,6 +34,15 @@ class Session:
         self.dark: bool | None = None
         self.seen = time.monotonic()
         self.train = TrainModel(keep=self.keep)
+        self.desk = TableDesk(self.train)
+        self.shown = 0
+        """Which pattern the drawings of the Train tab show."""
+        self.page = 1
+        """Which page of a long table is open."""
+        self.surface_axes = [0, 1]
+        """Which inputs vary in the pictures of the answers."""
+        self.worked, self.worked_rule = 0, "paper"
+        """Where the worked example stands."""
         self.drive = DriveModel(current_network=self.train.driver, keep=self.keep)
 
     def go(self, tab: str) -> None:
@@ -51,6 +61,7 @@ class Session:
     def close(self) -> None:
         """Stop its work; what was finished is in the library."""
         self.train.close()
+        self.drive.close()
 
 
 class Sessions:
