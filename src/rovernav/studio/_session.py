@@ -11,6 +11,7 @@ from ._desk import TableDesk
 from ._drive import DriveModel
 from ._library import Library
 from ._options import Options
+from ._runs_desk import RunsDesk
 from ._training import TrainModel
 
 MOST = 64
@@ -44,6 +45,9 @@ class Session:
         self.worked, self.worked_rule = 0, "paper"
         """Where the worked example stands."""
         self.drive = DriveModel(current_network=self.train.driver, keep=self.keep)
+        for path in options.terrain:
+            self.drive.offer_terrain(path, options.cell)
+        self.runs = RunsDesk(library)
 
     def go(self, tab: str) -> None:
         """Turn to another tab."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import io
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from ..core import value
 from ..learn import StopReason, trace_text
 from ..nets import Network, explain
+from ..show import PALETTE
 from ._curve import Point, TraceLine
 from ._network_svg import network_svg, unit_name
 from ._state import State
@@ -143,19 +145,27 @@ def curve_options(state: State, view: TrainView) -> dict[str, Any]:
             "lineStyle": {"color": COLOURS["tolerance"], "type": "dashed", "width": 1.5},
             "label": {"formatter": "tolerance", "position": "insideEndTop", "color": GREY},
         }
-    return {
-        "animation": False,
-        "grid": {"left": 52, "right": 14, "top": 30, "bottom": 34},
-        "legend": {"top": 0, "right": 4, "itemHeight": 8, "textStyle": {"color": GREY},
-                   "data": [line["name"] for line in lines if line["data"]]},
-        "tooltip": {"trigger": "axis", "confine": True},
-        "xAxis": {"type": "value", "name": "epoch", "nameLocation": "middle", "nameGap": 22,
-                  "min": 0, "nameTextStyle": {"color": GREY}, "axisLabel": {"color": GREY},
-                  "splitLine": {"lineStyle": {"color": FAINT}}},
-        "yAxis": {"type": "log", "axisLabel": {"color": GREY},
-                  "splitLine": {"lineStyle": {"color": FAINT}}},
-        "series": lines,
-    }  # fmt: skip
+    return _frame(lines)
+
+
+def overlaid_options(curves: Mapping[str, Sequence[Point]]) -> dict[str, Any]:
+    """A chart with the error curves of several runs, by their names."""
+    palette = list(PALETTE.values())
+    lines = [
+        {
+            "name": name,
+            "type": "line",
+            "data": series(tuple(points), "worst"),
+            "showSymbol": len(points) < 2,
+            "lineStyle": {"width": 2, "color": palette[number % len(palette)]},
+            "itemStyle": {"color": palette[number % len(palette)]},
+        }
+        for number, (name, points) in enumerate(curves.items())
+    ]
+    options = _frame(lines)
+    options["legend"].update(type="scroll", orient="vertical", left=70, top=4)
+    options["grid"]["top"] = 24 + 20 * len(lines)
+    return options
 
 
 GREY, FAINT = "#7b8894", "rgba(128,140,150,.22)"
@@ -210,3 +220,20 @@ def _amount(number: float) -> str:
 
 def _sign(weight: float) -> str:
     return "rn-p" if weight >= 0 else "rn-m"
+
+
+def _frame(lines: list[dict[str, Any]]) -> dict[str, Any]:
+    """Axes and legend of an error chart."""
+    return {
+        "animation": False,
+        "grid": {"left": 52, "right": 14, "top": 30, "bottom": 34},
+        "legend": {"top": 0, "right": 4, "itemHeight": 8, "textStyle": {"color": GREY},
+                   "data": [line["name"] for line in lines if line["data"]]},
+        "tooltip": {"trigger": "axis", "confine": True},
+        "xAxis": {"type": "value", "name": "epoch", "nameLocation": "middle", "nameGap": 22,
+                  "min": 0, "nameTextStyle": {"color": GREY}, "axisLabel": {"color": GREY},
+                  "splitLine": {"lineStyle": {"color": FAINT}}},
+        "yAxis": {"type": "log", "axisLabel": {"color": GREY},
+                  "splitLine": {"lineStyle": {"color": FAINT}}},
+        "series": lines,
+    }  # fmt: skip
