@@ -178,8 +178,6 @@ CASES = [
     Case("the paper's network in a research rover", f"{NPY} --controller bassil --rover research",
          "the controller needs the sensor 'clear_sight', which this rover does not carry; it "
          "carries: around, beams, reach", heights),
-    Case("the neural driver among boxes", "drive drive.yaml --controller neural",
-         "rover research: only two-axis rovers can drive among boxes; …", bad.scenario),
     Case("a misspelt controller", f"{NPY} --controller neurl",
          "there is no controller 'neurl' and no such network file; did you mean 'neural'? "
          "Allowed: bassil, goal-seeker, neural, planner.", heights),

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,23 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
+from shapely import LineString, Point, Polygon
 
-from rovernav.core import RovernavError, SettingError
-from rovernav.scenes import Ground, Scenario, Scene, read_scenario, set_scene
+from rovernav.core import Outcome, RovernavError, SettingError
+from rovernav.learn import find_controller
+from rovernav.rover import read_rover, standing
+from rovernav.scenes import (
+    Ground,
+    Hills,
+    Scenario,
+    Scene,
+    generate,
+    nearest_free,
+    read_scenario,
+    scenario_text,
+    set_scene,
+)
+from rovernav.sim import clearance, simulate
 from tests.cli.runner import write_ground
 
 number = st.floats(-9e4, 9e4)
@@ -30,11 +45,23 @@ def write(path: Path, **keys: Any) -> Path:
     return path
 
 
-@given(start=point, goal=point, boxes=st.lists(box, max_size=3), seed=st.integers(0, 2**63 - 1))
-def test_a_written_scenario_reads_back(tmp_path_factory, start, goal, boxes, seed) -> None:
-    whole = scenario(start, goal, boxes=boxes, seed=seed)
+@given(
+    start=point,
+    goal=point,
+    boxes=st.lists(box, max_size=3),
+    circles=st.lists(st.tuples(number, number, st.floats(1e-3, 1e3)), max_size=2),
+    polygons=st.lists(st.lists(point, min_size=3, max_size=5), max_size=2),
+    seed=st.integers(0, 2**63 - 1),
+)
+def test_a_written_scenario_reads_back(  # noqa: PLR0913
+    tmp_path_factory, start, goal, boxes, circles, polygons, seed
+) -> None:
+    keys = {"boxes": boxes, "circles": circles, "polygons": polygons, "seed": seed}
+    whole = scenario(start, goal, **keys)
     plain = whole.model_dump(mode="json", by_alias=True, exclude_none=True)
     path = write(tmp_path_factory.mktemp("s") / "drive.yaml", **plain)
+    assert read_scenario(path) == whole
+    path.write_text(scenario_text(whole))
     assert read_scenario(path) == whole
 
 
@@ -66,7 +93,11 @@ def test_names_are_names_and_absolute_paths_stay(tmp_path: Path) -> None:
         {"seed": 1.5}, {"seed": True}, {"seed": -1}, {"seed": 2**63}, {"seed": "1"},
         {"time_limit_s": 0}, {"time_limit_s": 1e9}, {"time_limit_s": float("nan")},
         {"cell": 1.0}, {"frame": "pixel"}, {"frame": "Local"}, {"rover": 5}, {"controller": None},
-        {"start": [0, 0]}, {"x": 1}, {"terrain": "a.tif", "boxes": [[0, 0, 1, 1]]},
+        {"start": [0, 0]}, {"x": 1}, {"circles": [[0, 0]]}, {"circles": [[0, 0, -1]]},
+        {"circles": [[1e9, 0, 1]]}, {"polygons": [[[0, 0], [1, 1]]]}, {"polygons": [[0, 0, 1]]},
+        {"polygons": [[[0, 0], [1, 1], [1, float("nan")]]]}, {"rocks": 0.1},
+        {"generate": {"side_m": 1}}, {"generate": {"craters": 2.5}}, {"generate": {"name": "sea"}},
+        {"terrain": "a.tif", "generate": {}}, {"generate": {}, "cell": 1.0},
         {"terrain": "a.tif", "cell": 0}, {"terrain": ["a.tif"]},
     ],
     ids=str,
@@ -119,6 +150,73 @@ def test_frames_name_the_same_places(tmp_path: Path, frame: Any, start: Any, goa
     assert np.array_equal(scene.scene.mission.goal[0], (27.25, 4.25))
 
 
-def test_other_rovers_need_a_terrain() -> None:
-    with pytest.raises(SettingError, match="jackal: only two-axis rovers can drive among boxes"):
-        set_scene(scenario((0, 0), (1, 0), rover="jackal"))
+def test_a_rover_with_a_size_keeps_its_radius_off_what_is_drawn() -> None:
+    whole = scenario((0, 0), (12, 0), boxes=[(4, -1, 7, 2)], circles=[(2, 3, 1)], rover="research")
+    scene = set_scene(whole)
+    assert isinstance(scene, Scene)
+    radius = read_rover("research").radius
+    shapes = scene.worlds.shapes_of()
+    assert [shape.radius for shape in shapes] == pytest.approx([radius, 1 + radius])
+    assert np.array_equal(shapes[0].corners, [[4, -1], [7, -1], [7, 2], [4, 2]])
+    assert len(scene.worlds.boxes) == 0
+
+
+def test_the_neural_driver_goes_round_what_is_drawn_on_flat_ground() -> None:
+    around = [[[4, -2], [6, -2], [6, 2], [4, 2], [5, 0]]]
+    whole = scenario((0, 0), (12, 0), polygons=around, circles=[(8, 1, 1)], rover="research")
+    scene = set_scene(whole)
+    assert isinstance(scene, Scene)
+    trace = simulate(scene.drive(find_controller("neural")))
+    assert trace.ended() is Outcome.REACHED
+    gap = clearance(trace.path(), scene.worlds)
+    outlines = [Polygon(around[0]), Point(8, 1).buffer(1, quad_segs=256)]
+    there = min(LineString(trace.path()).distance(each) for each in outlines)
+    assert gap == pytest.approx(there - read_rover("research").radius, abs=1e-3)
+    assert gap > 0
+    assert trace.length[0] > 12.2
+
+
+def test_generated_ground_is_the_seeds_and_takes_obstacles_in_its_frame() -> None:
+    keys = {"generate": {"side_m": 20, "relief_m": 0, "craters": 0}, "frame": "pixel"}
+    disc = [(50, 60, 1.5)]  # column 50, row 60 from the top of 100 rows of 0.2 m
+    one, same, other = (
+        set_scene(scenario((10, 60), (90, 60), circles=disc, seed=seed, **keys))
+        for seed in (3, 3, 4)
+    )
+    assert isinstance(one, Ground)
+    assert isinstance(same, Ground)
+    assert isinstance(other, Ground)
+    assert one.terrain.frame.extent == (20.0, 20.0)
+    assert np.array_equal(one.terrain.height, same.terrain.height)
+    (shape,) = one.scene.worlds.shapes_of()
+    assert np.allclose(shape.corners, [[10.1, 7.9]])
+    assert simulate(one.scene.drive(find_controller("bassil"))).ended() is Outcome.COLLIDED
+
+
+def test_hills_of_two_seeds_differ() -> None:
+    a, b = (generate(Hills.model_validate({"side_m": 10.0}), seed=seed).height for seed in (0, 1))
+    assert not np.array_equal(a, b)
+
+
+def test_the_text_of_a_scenario_says_what_matters_and_no_more(tmp_path: Path) -> None:
+    whole = scenario((5, 5), (20, 20), generate={"relief_m": 2}, circles=[(1e-5, 2, 3)], rocks=0.05)
+    text = scenario_text(whole)
+    path = tmp_path / "drive.yaml"
+    path.write_text(text)
+    assert read_scenario(path) == whole
+    assert "time_limit" not in text
+    assert "craters: 25" in text
+    assert "seed: 0" in text
+
+
+def test_the_nearest_free_place_is_free_and_nearest() -> None:
+    terrain = generate(Hills.model_validate({"side_m": 20.0, "relief_m": 8.0}), seed=2)
+    where = standing(terrain, read_rover("research"))
+    assert where.share > 0.1
+    x, y = nearest_free(where, (10.0, 10.0))
+    free = np.argwhere(where.blocked == 0) + 0.5
+    gaps = np.hypot(free[:, 1] * 0.2 - 10.0, free[:, 0] * 0.2 - 10.0)
+    assert np.hypot(x - 10.0, y - 10.0) == pytest.approx(gaps.min())
+    nowhere = dataclasses.replace(where, blocked=np.ones_like(where.blocked))
+    with pytest.raises(SettingError, match="nowhere on this ground"):
+        nearest_free(nowhere, (1.0, 1.0))

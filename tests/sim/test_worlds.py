@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
+from shapely import Point, Polygon, unary_union
 
 from rovernav.core import Frame, ShapeError
-from rovernav.sim import Grid, Worlds
+from rovernav.sim import Grid, Shape, Shapes, Worlds
 
 GRID = Grid(frame=Frame(cell=0.5, shape=(4, 6)), blocked=np.zeros((4, 6), np.uint8))
 
@@ -88,3 +89,66 @@ def test_worlds_that_kernels_could_not_read_are_refused(
 def test_a_grid_must_fit_its_frame(blocked: Any) -> None:
     with pytest.raises(ShapeError, match=re.escape("a grid needs uint8 cells of shape (4, 6)")):
         Grid(frame=GRID.frame, blocked=blocked)
+
+
+DISC, TRIANGLE = Shape.disc(1.0, 2.0, 0.5), Shape.polygon([(0, 0), (2, 0), (1, 1)])
+
+
+def test_shapes_are_packed_world_by_world() -> None:
+    shapes = Shapes.packed([[DISC, TRIANGLE], [TRIANGLE]])
+    worlds = Worlds(**parts(), shapes=shapes)
+    assert [len(worlds.shapes_of(k)) for k in (0, 1, 2)] == [1, 2, 1]
+    for k in (0, 1):
+        one = worlds.row(k)
+        for got, there in zip(one.shapes_of(), worlds.shapes_of(k), strict=True):
+            assert_array_equal(got.corners, there.corners)
+            assert got.radius == there.radius
+    assert_array_equal(worlds.arrays().shapes, [0, 2, 3])
+    assert Worlds.single(shapes=[DISC]).shapes_of()[0].radius == 0.5
+    assert Worlds.single().shapes_of() == []
+
+
+def test_an_outline_covers_what_the_shape_covers() -> None:
+    for shape in (DISC, TRIANGLE, TRIANGLE.grown(0.5), Shape.box(0, 0, 2, 1).grown(0.25)):
+        drawn = unary_union([Polygon(each).buffer(0) for each in shape.outline(step=0.01)])
+        body = Polygon(shape.corners) if len(shape.corners) > 2 else Point(*shape.corners[0])
+        there = body.buffer(shape.radius, quad_segs=200)
+        assert drawn.symmetric_difference(there).area < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("what", "message"),
+    [
+        ({"corners": np.empty((0, 2))}, "a shape needs corners (m, 2), got (0, 2)"),
+        ({"corners": np.array([[np.nan, 0.0]])}, "a corner of a shape is not a finite number"),
+        ({"corners": np.zeros((1, 2)), "radius": -1.0}, "radius of a shape must be 0 m or more"),
+        ({"corners": np.zeros((1, 2)), "radius": np.nan}, "radius of a shape must be 0 m or more"),
+    ],
+)
+def test_shapes_that_are_none_are_refused(what: Any, message: str) -> None:
+    with pytest.raises(ShapeError, match=re.escape(message)):
+        Shape(**what)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"ends": np.array([0, 2])}, "`ends` of shapes must rise from 0 to 1"),
+        ({"offsets": np.array([1, 1])}, "`offsets` of shapes must rise from 0 to 1"),
+        ({"radius": np.zeros(1), "ends": np.array([0, 1, 1])}, "every shape needs a radius and"),
+    ],
+)
+def test_packed_shapes_must_fit_each_other(changes: dict[str, Any], message: str) -> None:
+    good: dict[str, Any] = {
+        "corners": np.zeros((1, 2)),
+        "ends": np.array([0, 1]),
+        "radius": np.zeros(1),
+        "offsets": np.array([0, 1]),
+    }
+    with pytest.raises(ShapeError, match=re.escape(message)):
+        Shapes(**{**good, **changes})
+
+
+def test_every_world_needs_its_shapes() -> None:
+    with pytest.raises(ShapeError, match="2 worlds need the shapes of each, got 1"):
+        Worlds(**parts(), shapes=Shapes.packed([[DISC]]))

@@ -21,6 +21,7 @@ from ._inspect import inspect
 from ._mistakes import sentence
 from ._paper import paper
 from ._route import route
+from ._studio import studio
 from ._sweep import sweep
 from ._teach import teach
 from ._template import template
@@ -39,6 +40,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "template": template,
     "inspect": inspect,
     "demo": demo,
+    "studio": studio,
 }
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG)
 """What a user's other words would not mend."""

@@ -191,7 +191,7 @@ def _write(files: list[Path], scene: Scene | Ground, trace: Trace) -> None:
     if isinstance(scene, Ground):
         draw_drive(
             trace, picture, terrain=scene.terrain, standing=scene.standing,
-            sensed=_sensed(scene, trace),
+            sensed=_sensed(scene, trace), worlds=scene.scene.worlds,
         )  # fmt: skip
     else:
         draw_worlds(trace, scene.worlds, picture, columns=1)

@@ -126,16 +126,21 @@ def _write(
 
 def print_paper(report: dict[str, Any]) -> None:
     """What the paper printed beside what came out."""
+    from ..learn import PRINTED
+
+    def said(*names: str) -> str:
+        return ", ".join(PRINTED[name] for name in names)
+
     example = report["worked_example"]
     w1, w2 = example["new_weights"]["w1"], example["new_weights"]["w2"]
     rows = [
-        ("hidden outputs", "0.524, 0.552, 0.665", _numbers(example["hidden"], 6)),
-        ("outputs", "0.83, 1.74995", _numbers(example["outputs"], 6)),
-        ("errors", '0.17, "0. 74994"', _numbers(example["errors"], 6)),
-        ("output weight W00", "0.13227", _numbers(w2[0][:1], 6)),
-        ("output weight W01", "0.05346", _numbers(w2[0][1:2], 6)),
-        ("output weight W10", "0.83176", _numbers(w2[1][:1], 6)),
-        ("hidden weight W00", "0.17", _numbers(w1[0][:1], 6)),
+        ("hidden outputs", said("h0", "h1", "h2"), _numbers(example["hidden"], 6)),
+        ("outputs", said("O0", "O1"), _numbers(example["outputs"], 6)),
+        ("errors", said("error of O0", "error of O1"), _numbers(example["errors"], 6)),
+        ("output weight W00", said("new W00 of the outputs"), _numbers(w2[0][:1], 6)),
+        ("output weight W01", said("new W01 of the outputs"), _numbers(w2[0][1:2], 6)),
+        ("output weight W10", said("new W10 of the outputs"), _numbers(w2[1][:1], 6)),
+        ("hidden weight W00", said("new W00 of the hidden layer"), _numbers(w1[0][:1], 6)),
     ]
     print_table("Worked example: one update by hand", ("", "paper", "ours"), rows)
     met = report["patterns_met"]

@@ -44,17 +44,15 @@ def initial_network(topology: str | None, activations: str | None, init: str, se
     Raises:
         InputError: No such network, or one that contradicts the other options.
     """
-    import numpy as np
-
-    from ..nets import Card, Network, default_activations, parse_topology
+    from ..learn import seeded_network
+    from ..nets import default_activations, parse_topology
 
     names = None if activations is None else tuple(a.strip() for a in activations.split(","))
     shape = None if topology is None else parse_topology(topology)
     if init == "seed":
         shape = shape or parse_topology(USUAL)
         wanted = names or default_activations(shape)
-        drawn = Network.seeded(shape, wanted, np.random.default_rng(seed))
-        return drawn.with_card(Card(seed=seed))
+        return seeded_network(shape, wanted, seed)
     network = _given(init)
     _check_same(f"--init {init}", network, shape, names)
     return network

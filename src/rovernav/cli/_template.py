@@ -9,12 +9,24 @@ TEMPLATE = """\
 # A drive for rovernav: save this as drive.yaml, then: rovernav drive drive.yaml
 # Every key is here; those with a default may be left out. Lengths are in metres.
 
-# The ground: an elevation model, or boxes on flat ground; not both.
+# The ground: flat unless an elevation model is named or ground is generated.
 # terrain: yard.tif          # GeoTIFF, .npy or meta.json; a path beside this file
 # cell: 0.1                  # side of a cell, only for files that do not say it (.npy)
-# rocks: 0.05                # scatter rocks over this share of the terrain, by seed
+# generate:                  # hills and craters made from the seed; local metres
+#   name: hills
+#   side_m: 50.0
+#   cell_m: 0.2
+#   relief_m: 4.0            # highest minus lowest height, before the craters come
+#   hurst: 0.9               # 0.5 is jagged, 0.9 smooth
+#   craters: 25
+# rocks: 0.05                # scatter rocks over this share of the ground, by seed
+
+# Obstacles on it, in the frame of from and to; a rover keeps its radius away from them.
 boxes:                       # rectangles x0, y0, x1, y1
   - [4.365, -1.0, 7.365, 3.75]
+# circles: [[9.0, 1.5, 0.5]] # x, y, radius
+# polygons:                  # corners x, y
+#   - [[2, -3], [3, -2], [2, -2]]
 
 # Where to.
 from: [0.0, 0.0]             # x, y; may be negative

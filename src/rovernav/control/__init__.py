@@ -5,13 +5,20 @@ from ._classical import GoalSeeker, SensedPlanner
 from ._codecs import BassilCodec, build_codec
 from ._headings import HeadingCodec
 from ._neural import NeuralController
+from ._why import Explains, Headings, Reading, ReadsOutputs, Why, explain
 
 __all__ = [
     "BassilCodec",
+    "Explains",
     "GoalSeeker",
     "HeadingCodec",
+    "Headings",
     "NeuralController",
+    "Reading",
+    "ReadsOutputs",
     "SensedPlanner",
+    "Why",
     "build_codec",
     "check_controller",
+    "explain",
 ]

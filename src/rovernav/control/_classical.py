@@ -10,6 +10,7 @@ from ..core import F64, Command, Mission, Observation, SettingError
 from ..kernels import teaching as kernels
 from ..mapping import LocalMap
 from ._headings import HeadingCodec
+from ._why import Why, side
 
 
 @final
@@ -29,9 +30,23 @@ class GoalSeeker:
 
     def act(self, observation: Observation, memory: None) -> tuple[Command, None]:
         """Always the heading of the goal."""
+        return self.codec.decode(self._logits(observation), observation), None
+
+    def why(self, observation: Observation, memory: None) -> Why:
+        """It only ever wants to go to the goal."""
+        command, _ = self.act(observation, memory)
+        reading = self.codec.read(self._logits(observation), observation)
+        goal, _, *motors = reading.words
+        return Why(
+            words=(goal, "It always turns to the goal and never looks for a way round.", *motors),
+            command=command.twist[0],
+            inputs=_goal(observation),
+        )
+
+    def _logits(self, observation: Observation) -> F64:
         logits = np.zeros((len(observation.goal), self.codec.headings))
         logits[:, 0] = 1e6  # no commitment outweighs the goal
-        return self.codec.decode(logits, observation), None
+        return logits
 
 
 @final
@@ -73,7 +88,44 @@ class SensedPlanner:
 
     def act(self, observation: Observation, memory: None) -> tuple[Command, None]:
         """The likeliest heading."""
+        return self.codec.decode(self._logits(observation), observation), None
+
+    def why(self, observation: Observation, memory: None) -> Why:
+        """Where its cost to go falls fastest, and how much the straight way to the goal would cost.
+
+        The label of a heading is exp(-cost / softness), so the logarithm of two labels' ratio is
+        the difference between the costs.
+        """
+        logits = self._logits(observation)
+        command, _ = self.act(observation, memory)
+        reading = self.codec.read(logits, observation)
+        softness = self._weights[3]
+        best = int(np.argmax(logits[0]))
+        angles = self.codec.choice(logits, observation).angles
+        words = [
+            reading.words[0],
+            "It plans on the map of what was sensed so far; what was never seen counts as free.",
+            f"The cheapest way on leads {side(float(angles[best]))}.",
+        ]
+        if best:
+            extra = float(logits[0, best] - logits[0, 0]) * softness
+            more = f"{extra:.1f} cells more" if extra < 15.0 else "far more, or is blocked"
+            words.append(f"Straight at the goal would cost {more}.")
+        return Why(
+            words=(*words, *reading.words[2:]),
+            command=command.twist[0],
+            inputs=_goal(observation),
+            headings=reading.headings,
+        )
+
+    def _logits(self, observation: Observation) -> F64:
         if not isinstance(observation.map, LocalMap):
             raise SettingError("the planner on sensed ground needs a rover with a local map")
-        logits = np.log(np.maximum(self.headings(observation.map), 1e-30))
-        return self.codec.decode(logits, observation), None
+        return np.log(np.maximum(self.headings(observation.map), 1e-30))
+
+
+def _goal(observation: Observation) -> tuple[tuple[str, float, str], ...]:
+    """The goal as seen by the first rover, and the nearest thing that its beams met."""
+    x, y = observation.goal[0].tolist()
+    nearest = float(observation.channel("beams")[0].min())
+    return ("goal_forward", x, "m"), ("goal_left", y, "m"), ("nearest_beam", nearest, "m")

@@ -11,6 +11,7 @@ import numpy as np
 from ..core import F64, Codec, Command, Float, Observation, SettingError, suggest
 from ..kernels import drive as kernels
 from ._headings import HeadingCodec
+from ._why import Reading, goal_in_words, said
 
 
 @final
@@ -58,6 +59,29 @@ class BassilCodec:
             observation.channel("clear_sight"), self.stop_at_goal, twist,
         )  # fmt: skip
         return Command(twist=twist)
+
+    def read(self, outputs: Float, observation: Observation) -> Reading:
+        """What the outputs (1, 2) mean for the first rover."""
+        along, across = np.asarray(outputs, np.float64)[0].tolist()
+        clear = observation.channel("clear_sight")[0, 0] == 1.0
+        off = observation.channel("off_line")[0, 0] == 1.0
+        command = self.decode(outputs, observation)
+        words = [
+            goal_in_words(observation),
+            "Sensor x: the straight line to the goal is "
+            + ("free." if clear else "blocked.")
+            + " Sensor y: the rover is "
+            + ("off the line from start to goal." if off else "on the line from start to goal."),
+            f"The motors get {along:+.3f} along and {across:+.3f} across the heading, steps of "
+            f"{self.step:g} m; {said(command)}",
+        ]
+        if not np.allclose(
+            command.twist[0, :2] * self.period, [along * self.step, across * self.step]
+        ):
+            words.append("The goal is nearer than one step and in sight: the step ends at it.")
+        if not clear:
+            words.append("The two bits do not say on which side the obstacle can be passed.")
+        return Reading(words=tuple(words))
 
     def settings(self) -> dict[str, Any]:
         """Name and parameters, as they stand in the network file."""

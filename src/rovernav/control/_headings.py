@@ -9,6 +9,7 @@ import numpy as np
 
 from ..core import F64, Command, Observation, SettingError
 from ..kernels import steering as kernels
+from ._why import Headings, Reading, goal_in_words, said, side, softmax
 
 
 @final
@@ -94,6 +95,55 @@ class HeadingCodec:
             twist,
         )
         return Command(twist=twist)
+
+    def choice(self, outputs: Any, observation: Observation) -> Headings:
+        """The directions of the first rover, how strong each is once turning costs, and the choice.
+
+        The same rule as `decode`: the strongest heading, drawn towards its stronger neighbour.
+        """
+        logits = np.asarray(outputs, np.float64)[0]
+        x, y = observation.goal[0].tolist()
+        to_goal = math.atan2(y, x)
+        turns = 2.0 * math.pi * np.arange(self.headings) / self.headings
+        angles = np.arctan2(np.sin(to_goal + turns), np.cos(to_goal + turns))
+        strength = logits - self.commitment * np.abs(angles)
+        best = int(np.argmax(strength))
+        left, right = logits[(best + 1) % self.headings], logits[best - 1]
+        bend = 2.0 * logits[best] - left - right
+        shift = 0.5 * float(left - right) / float(bend) if bend > 0.0 else 0.0
+        wanted = to_goal + 2.0 * math.pi * (best + shift) / self.headings
+        angle = math.atan2(math.sin(wanted), math.cos(wanted))
+        return Headings(angles=angles, share=softmax(strength), chosen=best, angle=angle)
+
+    def read(self, outputs: Any, observation: Observation) -> Reading:
+        """What the logits (1, headings) mean for the first rover."""
+        choice = self.choice(outputs, observation)
+        logits = np.asarray(outputs, np.float64)[0]
+        liked, best = int(np.argmax(logits)), choice.chosen
+        share = softmax(logits)
+        words = [
+            goal_in_words(observation),
+            f"Of {self.headings} directions the outputs favour the one "
+            f"{side(float(choice.angles[liked]))} ({share[liked]:.0%}).",
+        ]
+        if liked != best:
+            words.append(
+                f"But turning costs {self.commitment:g} per radian, so it takes the one "
+                f"{side(float(choice.angles[best]))} ({share[best]:.0%} before that cost)."
+            )
+        words += self._motors(choice.angle, outputs, observation)
+        return Reading(words=tuple(words), headings=choice)
+
+    def _motors(self, angle: float, outputs: Any, observation: Observation) -> list[str]:
+        beams = observation.channel("beams")[0]
+        spread = np.linspace(-math.pi / 2, math.pi / 2, len(beams))
+        ahead = float(beams[np.abs(spread) <= kernels.AHEAD].min())
+        words = [f"It steers {side(angle)}; {said(self.decode(outputs, observation))}"]
+        if abs(angle) >= kernels.SHARP:
+            words.append("The turn is too sharp to drive on: it turns on the spot.")
+        elif ahead - self.margin < self.speed * self.period:
+            words.append(f"Something {ahead:.2f} m ahead holds its speed down.")
+        return words
 
     def settings(self) -> dict[str, Any]:
         """Name and parameters, as they stand in the network file."""

@@ -172,3 +172,33 @@ def train(
                 record[row] = w
                 row += 1
     return s.epochs, False
+
+
+@kernel()
+def train_part(
+    layers: Any, w: Any, v: Any, x: Any, y: Any, s: OnlineSettings, first: int, record: Any
+) -> None:
+    """Train on a part of epoch ``s.epoch``: as many patterns as `record` has rows, from `first` on.
+
+    The weights have the same bits as `train` leaves after those patterns.
+
+    Args:
+        layers: Rows of inputs, units, activation code.
+        w: Weights (P,), changed.
+        v: Last changes (P,), changed.
+        x: Inputs (p, i).
+        y: Targets (p, k).
+        s: Rates, rule, order.
+        first: Patterns of this epoch that are done.
+        record: Receives the weights after every update (m, P).
+    """
+    o = np.empty((3, width(layers)))
+    order = np.arange(x.shape[0])
+    if s.seed >= 0:
+        shuffle(order, s.seed, s.epoch)
+    for row in range(record.shape[0]):
+        p = order[first + row]
+        for i in range(x.shape[1]):
+            o[0, i] = x[p, i]
+        update(layers, w, v, y[p], o, s)
+        record[row] = w

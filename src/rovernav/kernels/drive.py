@@ -13,6 +13,11 @@ import numpy as np
 
 from ._jit import kernel
 from .geometry import MISS, first_boxes, first_cell
+from .shapes import first_shapes
+
+_NO_CORNERS, _NO_NUMBERS, _NO_ENDS = np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64)
+for _array in (_NO_CORNERS, _NO_NUMBERS, _NO_ENDS):
+    _array.flags.writeable = False  # as the arrays of worlds are: one compiled kernel for all
 
 
 class WorldArrays(NamedTuple):
@@ -24,6 +29,11 @@ class WorldArrays(NamedTuple):
         of: World of each rover (n,).
         blocked: Grid that all worlds share (h, w), or (0, 0).
         cell: Its cell [m].
+        corners: Corners of all rounded polygons (p, 2) [m].
+        ends: Polygon i has the corners ends[i] to ends[i + 1] (m + 1,).
+        radius: What each polygon is grown by (m,) [m].
+        shapes: World i has the polygons shapes[i] to shapes[i + 1] (w + 1,); empty where no world
+            has any.
     """
 
     boxes: Any
@@ -31,6 +41,10 @@ class WorldArrays(NamedTuple):
     of: Any
     blocked: Any
     cell: float
+    corners: Any = _NO_CORNERS
+    ends: Any = _NO_ENDS
+    radius: Any = _NO_NUMBERS
+    shapes: Any = _NO_ENDS
 
 
 @kernel()
@@ -117,6 +131,9 @@ def first_contact(k: int, ax: float, ay: float, bx: float, by: float, world: Wor
     if world.blocked.size:
         c = world.cell
         t = min(t, first_cell(ax / c, ay / c, bx / c, by / c, world.blocked))
+    if world.shapes.size:
+        which = (world.shapes[of], world.shapes[of + 1])
+        t = min(t, first_shapes(ax, ay, bx, by, world.corners, world.ends, world.radius, which))
     return t
 
 

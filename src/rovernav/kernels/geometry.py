@@ -24,7 +24,7 @@ _SURE, _TINY = 4e-16, 1e-300
 
 
 @kernel(inline=True)
-def _side(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> float:
+def side_of(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> float:
     """Above 0 where (x, y) is surely left of the line from a to b, below 0 right, else 0."""
     p, q = (ax - x) * (by - y), (ay - y) * (bx - x)
     return p - q if abs(p - q) > _SURE * (abs(p) + abs(q)) + _TINY else 0.0
@@ -41,7 +41,7 @@ def first_box(ax: float, ay: float, bx: float, by: float, box: Any) -> float:
         return MISS
     left, right = (x0, x1) if dy > 0.0 else (x1, x0)
     top, bottom = (y1, y0) if dx > 0.0 else (y0, y1)
-    if _side(ax, ay, bx, by, left, top) < 0.0 or _side(ax, ay, bx, by, right, bottom) > 0.0:
+    if side_of(ax, ay, bx, by, left, top) < 0.0 or side_of(ax, ay, bx, by, right, bottom) > 0.0:
         return MISS
     tx = ((x0 if dx > 0.0 else x1) - ax) / dx if dx != 0.0 else 0.0
     ty = ((y0 if dy > 0.0 else y1) - ay) / dy if dy != 0.0 else 0.0

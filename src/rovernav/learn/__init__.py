@@ -2,8 +2,8 @@
 
 from ._batch_settings import OPTIMIZERS, SCHEDULES, BatchSettings
 from ._checkpoint import checkpointer, load_training, save_training
-from ._describe import describe
-from ._drivers import find_controller, usual_rover
+from ._describe import describe, seeded_network
+from ._drivers import controller_names, find_controller, rover_of, usual_rover
 from ._imitate import Lesson, fresh_network, mirrored, teach
 from ._minibatch import BatchTraining, advance_batches, train_batches
 from ._online import (
@@ -15,6 +15,7 @@ from ._online import (
     advance,
     check_fit,
     progress,
+    step_patterns,
     train,
 )
 from ._paper import (
@@ -27,7 +28,16 @@ from ._paper import (
     trained_paper_network,
     worked_example,
 )
-from ._patterns import Patterns, read_patterns, shipped_patterns, shipped_tables, write_patterns
+from ._patterns import (
+    Patterns,
+    parse_number,
+    parse_patterns,
+    patterns_csv,
+    read_patterns,
+    shipped_patterns,
+    shipped_tables,
+    write_patterns,
+)
 from ._progress import Listener, Progress, StopReason
 from ._recipe import Recipe, read_recipe, recipes
 from ._sweep import SweepListener, SweepProgress, SweepResult, sweep
@@ -37,10 +47,12 @@ from ._sweep_settings import SweepSettings
 from ._sweep_store import SweepStore
 from ._sweep_tables import write_members_csv, write_settings_csv
 from ._trace import trace_csv, trace_length, trace_text, weight_names
+from ._worked import PRINTED, WorkedRow, WorkedStep, worked_steps
 
 __all__ = [
     "OPTIMIZERS",
     "ORDERS",
+    "PRINTED",
     "RULES",
     "SCHEDULES",
     "W1",
@@ -64,10 +76,13 @@ __all__ = [
     "SweepStore",
     "Training",
     "WorkedExample",
+    "WorkedRow",
+    "WorkedStep",
     "advance",
     "advance_batches",
     "check_fit",
     "checkpointer",
+    "controller_names",
     "describe",
     "find_controller",
     "fresh_network",
@@ -76,13 +91,19 @@ __all__ = [
     "mirrored",
     "paper_network",
     "paper_training",
+    "parse_number",
+    "parse_patterns",
+    "patterns_csv",
     "progress",
     "read_patterns",
     "read_recipe",
     "recipes",
+    "rover_of",
     "save_training",
+    "seeded_network",
     "shipped_patterns",
     "shipped_tables",
+    "step_patterns",
     "sweep",
     "teach",
     "trace_csv",
@@ -95,6 +116,7 @@ __all__ = [
     "usual_rover",
     "weight_names",
     "worked_example",
+    "worked_steps",
     "write_members_csv",
     "write_patterns",
     "write_settings_csv",

@@ -44,7 +44,7 @@ def save_training(
     """Write a checkpoint: network, moments, epoch, settings and the hash of the patterns.
 
     Args:
-        training: What to write, between two epochs.
+        training: What to write.
         settings: Its settings, of the same kind.
         patterns: What it learns.
         path: Where; the folder is made if needed.
@@ -79,6 +79,7 @@ def _save(
         tensors["losses"] = np.array([training.loss, training.validation])
     else:
         tensors["deltas"] = training.deltas
+        header["pattern"] = training.pattern
     header["sha256"] = _hash(header, tensors)
     plain = {name: np.ascontiguousarray(tensor) for name, tensor in tensors.items()}
     data = save(plain, {"rovernav": canonical_json(header)})
@@ -132,8 +133,14 @@ def _training(
     epoch, updates = _count(header["epoch"]), _count(header["updates"])
     stop = None if header["stop"] is None else StopReason(header["stop"])
     if not batch:
-        deltas = tensors["deltas"]
-        return Training(network=network, deltas=deltas, epoch=epoch, updates=updates, stop=stop)
+        return Training(
+            network=network,
+            deltas=tensors["deltas"],
+            epoch=epoch,
+            updates=updates,
+            stop=stop,
+            pattern=_count(header.get("pattern", 0)),  # earlier checkpoints lie between epochs
+        )
     loss, validation = tensors["losses"].tolist()
     return BatchTraining(
         network=network,

@@ -1,15 +1,28 @@
-"""The card of a trained network: what was learnt, how, and what it can drive."""
+"""Networks before and after: drawn from a seed; the card of what was learnt, how, for what."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
+
+import numpy as np
 
 from .._version import __version__
 from ..nets import Card, Network
 from ._online import OnlineSettings, Training
 from ._paper import codec_for
 from ._patterns import Patterns
+
+
+def seeded_network(topology: Sequence[int], activations: Sequence[str], seed: int) -> Network:
+    """A fresh network, its weights drawn from `seed`, which its card names.
+
+    Raises:
+        SettingError: No such network.
+    """
+    drawn = Network.seeded(topology, activations, np.random.default_rng(seed))
+    return drawn.with_card(Card(seed=seed))
 
 
 def describe(training: Training, patterns: Patterns, settings: OnlineSettings) -> Network:

@@ -17,6 +17,12 @@ _CLASSICAL: dict[str, Callable[[], Controller]] = {
     "goal-seeker": GoalSeeker,
     "planner": SensedPlanner,
 }
+_WORDS = {
+    "bassil": "the paper's network, trained on the spot",
+    "goal-seeker": "the baseline: straight at the goal",
+    "neural": "the shipped neural driver",
+    "planner": "plans on what was sensed; the neural driver's teacher",
+}
 
 
 def usual_rover(name: str) -> str:
@@ -28,9 +34,18 @@ def usual_rover(name: str) -> str:
     Raises:
         RovernavError: As `find_controller`.
     """
-    driver = find_controller(name)
-    paper = isinstance(driver, NeuralController) and isinstance(driver.codec, BassilCodec)
+    return rover_of(find_controller(name))
+
+
+def rover_of(controller: Controller) -> str:
+    """The rover preset that a controller is made for; others with the same drive will do too."""
+    paper = isinstance(controller, NeuralController) and isinstance(controller.codec, BassilCodec)
     return "paper-point" if paper else "research"
+
+
+def controller_names() -> dict[str, str]:
+    """The controllers that need no file: their names, and what each is in a few words."""
+    return {name: _WORDS[name] for name in NAMED}
 
 
 def find_controller(name: str) -> Controller:

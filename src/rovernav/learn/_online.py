@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
 from collections.abc import Callable
@@ -11,6 +12,7 @@ import numpy as np
 
 from ..core import F64, SettingError, ShapeError, suggest, value
 from ..kernels import backprop, frozen
+from ..kernels.network import all_within
 from ..nets import Network
 from ._patterns import Patterns
 from ._progress import Listener, Progress, StopReason
@@ -75,6 +77,7 @@ class Training:
         epoch: Epochs done.
         updates: Weight updates done.
         stop: Why it ended; None while it can go on.
+        pattern: Patterns of the present epoch that are done, where it stands within one.
     """
 
     network: Network
@@ -82,6 +85,7 @@ class Training:
     epoch: int = 0
     updates: int = 0
     stop: StopReason | None = None
+    pattern: int = 0
 
     def _check(self) -> None:
         parameters = self.network.parameters
@@ -120,6 +124,8 @@ def advance(
 ) -> Training:
     """Train for up to `epochs` more epochs: the one step that `train` folds.
 
+    Within an epoch, the first of them is the rest of that one.
+
     Args:
         training: Where to go on.
         patterns: What to learn; must fit the network.
@@ -135,8 +141,14 @@ def advance(
         ShapeError: Patterns and network do not fit.
     """
     check_fit(training.network, patterns)
-    w, v = training.network.parameters.copy(), training.deltas.copy()
     epochs = max(0, min(epochs, settings.epochs - training.epoch))
+    if training.pattern and epochs:
+        left = len(patterns.x) - training.pattern
+        training = step_patterns(training, patterns, settings, left, recorder=recorder)
+        epochs -= 1
+        if training.stop is not None or not epochs:
+            return training
+    w, v = training.network.parameters.copy(), training.deltas.copy()
     record = np.empty((epochs * len(patterns.x) if recorder else 0, len(w)))
     done, solved = _kernel(training, settings, recorder is not None)(
         training.network.layers, w, v, patterns.x, patterns.y,
@@ -155,6 +167,71 @@ def advance(
         epoch=training.epoch + done,
         updates=training.updates + done * len(patterns.x),
         stop=stop,
+        pattern=training.pattern,
+    )
+
+
+def step_patterns(
+    training: Training,
+    patterns: Patterns,
+    settings: OnlineSettings,
+    count: int = 1,
+    *,
+    recorder: Recorder | None = None,
+) -> Training:
+    """Train on the next `count` patterns, at most to the end of the present epoch.
+
+    Single steps and whole epochs may take turns: the weights have the same bits as without steps.
+    As in `advance`, the tolerance is looked at before the first pattern of an epoch.
+
+    Args:
+        training: Where to go on.
+        patterns: What to learn; must fit the network.
+        settings: Rates, rule, order and when to stop.
+        count: Patterns to present.
+        recorder: If given, receives every weight after every update.
+
+    Returns:
+        The training after it, with `stop` set if it ended here. Where a weight stopped being
+        finite, that is the training before the step, with `StopReason.DIVERGED`.
+
+    Raises:
+        ShapeError: Patterns and network do not fit, or the table has fewer patterns than were
+            done of this epoch.
+    """
+    check_fit(training.network, patterns)
+    first, size = training.pattern, len(patterns.x)
+    if not 0 <= first < size:
+        raise ShapeError(
+            f"{first} patterns of this epoch are done, but the table has {size}; "
+            "go on with the table that the epoch was begun with"
+        )
+    if training.epoch >= settings.epochs:
+        return _with_stop(training, StopReason.EPOCHS)
+    if first == 0 and _solved(training.network, patterns, settings.tolerance):
+        return _with_stop(training, StopReason.TOLERANCE)
+    count = max(0, min(count, size - first))
+    w, v = training.network.parameters.copy(), training.deltas.copy()
+    order = _order(patterns, settings, training.epoch, 1)
+    scalars = _scalars(settings, training.epoch, 1)
+    at_once = max(1, RECORDED // len(w))
+    for at in range(first, first + count, at_once):
+        record = np.empty((min(at_once, first + count - at), len(w)))
+        backprop.train_part(
+            training.network.layers, w, v, patterns.x, patterns.y, scalars, at, record
+        )
+        if not np.isfinite(w).all():
+            return _with_stop(training, StopReason.DIVERGED)
+        if recorder:
+            recorder(training.epoch, order[at : at + len(record)], record)
+    epoch, pattern = divmod(training.epoch * size + first + count, size)
+    return Training(
+        network=training.network.with_parameters(w),
+        deltas=v,
+        epoch=epoch,
+        updates=training.updates + count,
+        stop=StopReason.EPOCHS if epoch >= settings.epochs else None,
+        pattern=pattern,
     )
 
 
@@ -294,10 +371,11 @@ def _last_good(
 
 
 def _with_stop(training: Training, stop: StopReason | None) -> Training:
-    return Training(
-        network=training.network,
-        deltas=training.deltas,
-        epoch=training.epoch,
-        updates=training.updates,
-        stop=stop,
+    return dataclasses.replace(training, stop=stop)
+
+
+def _solved(network: Network, patterns: Patterns, tolerance: float) -> bool:
+    """Whether every error of every pattern is within the tolerance; 0 is never met."""
+    return tolerance > 0.0 and bool(
+        all_within(network.layers, network.parameters, patterns.x, patterns.y, float(tolerance))
     )

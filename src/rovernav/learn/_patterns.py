@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 import math
 from collections.abc import Iterator
@@ -20,6 +21,7 @@ from ..core import (
     sha256_of,
     suggest,
     value,
+    write_text,
 )
 
 MAX_BYTES = 2_000_000_000
@@ -83,21 +85,38 @@ def read_patterns(path: Path, *, inputs: int | None = None) -> Patterns:
         FileError: The file cannot be read.
     """
     text = read_text(path, limit=MAX_BYTES, what="pattern table")
-    rows = _rows(path, text)
+    table = parse_patterns(text, path, inputs=inputs)
+    return dataclasses.replace(table, source=str(path.name))
+
+
+def parse_patterns(text: str, source: Path | str, *, inputs: int | None = None) -> Patterns:
+    """The pattern table in the text of a CSV file.
+
+    Args:
+        text: The whole file.
+        source: What error messages call it.
+        inputs: As for `read_patterns`.
+
+    Raises:
+        PatternError: As `read_patterns`.
+    """
+    rows = _rows(source, text)
     if not rows:
-        raise PatternError(f"{path} is empty; line 1 must name the columns, like in:x,out:y")
+        raise PatternError(f"{source} is empty; line 1 must name the columns, like in:x,out:y")
     line, header = rows[0]
     names = [name.strip() for name in header]
-    sources, targets = _columns(path, line, names, inputs)
+    sources, targets = _columns(source, line, names, inputs)
     if len(rows) == 1:
-        raise PatternError(f"{path} has a header but no pattern; add at least one line of numbers")
-    table = np.array([_numbers(path, line, names, row) for line, row in rows[1:]])
+        raise PatternError(
+            f"{source} has a header but no pattern; add at least one line of numbers"
+        )
+    table = np.array([_numbers(source, line, names, row) for line, row in rows[1:]])
     return Patterns(
         x=np.ascontiguousarray(table[:, sources]),
         y=np.ascontiguousarray(table[:, targets]),
         inputs=tuple(_bare(names[c]) for c in sources),
         outputs=tuple(_bare(names[c]) for c in targets),
-        source=str(path.name),
+        source=str(source),
     )
 
 
@@ -121,18 +140,36 @@ def shipped_tables() -> list[str]:
 
 def write_patterns(patterns: Patterns, path: Path) -> None:
     """Write a table that `read_patterns` reads back without loss."""
-    from ..core import write_text
+    write_text(path, patterns_csv(patterns))
 
+
+def patterns_csv(patterns: Patterns) -> str:
+    """The text of a table, as `write_patterns` writes it."""
     header = [f"in:{n}" for n in patterns.inputs] + [f"out:{n}" for n in patterns.outputs]
     table = np.hstack([patterns.x, patterns.y]).tolist()
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(header)
     writer.writerows([repr(float(cell)) for cell in row] for row in table)
-    write_text(path, out.getvalue())
+    return out.getvalue()
 
 
-def _rows(path: Path, text: str) -> list[tuple[int, list[str]]]:
+def parse_number(cell: str) -> float:
+    """The number in a cell of a table.
+
+    Raises:
+        PatternError: It is empty, no number, or not a finite one.
+    """
+    if not _is_number(cell):
+        shown = cell.strip()[:40]
+        raise PatternError(f"{shown!r} is not a number" if shown else "the cell is empty")
+    number = float(cell)
+    if not math.isfinite(number):
+        raise PatternError(f"{cell.strip()} is not finite")
+    return number
+
+
+def _rows(path: Path | str, text: str) -> list[tuple[int, list[str]]]:
     """Line numbers and cells of the lines that count."""
     rows: list[tuple[int, list[str]]] = []
     begun = 0  # line at which the present row begins; a cell in quotes may span lines
@@ -156,7 +193,7 @@ def _rows(path: Path, text: str) -> list[tuple[int, list[str]]]:
 
 
 def _columns(
-    path: Path, line: int, names: list[str], inputs: int | None
+    path: Path | str, line: int, names: list[str], inputs: int | None
 ) -> tuple[list[int], list[int]]:
     """Which columns are inputs and which targets."""
     where = f"{path}, line {line}"
@@ -193,20 +230,15 @@ def _check_names(where: str, names: list[str]) -> None:
         raise PatternError(f"{where}: the first line must name the columns, got numbers")
 
 
-def _numbers(path: Path, line: int, names: list[str], row: list[str]) -> list[float]:
+def _numbers(path: Path | str, line: int, names: list[str], row: list[str]) -> list[float]:
     if len(row) != len(names):
         raise PatternError(f"{path}, line {line}: {len(names)} cells needed, got {len(row)}")
     out: list[float] = []
     for name, cell in zip(names, row, strict=True):
-        if not _is_number(cell):
-            shown = cell.strip()[:40]
-            problem = f"{shown!r} is not a number" if shown else "the cell is empty"
-            raise PatternError(f"{path}, line {line}, column {name!r}: {problem}")
-        number = float(cell)
-        if not math.isfinite(number):
-            raise PatternError(
-                f"{path}, line {line}, column {name!r}: {cell.strip()} is not finite"
-            )
+        try:
+            number = parse_number(cell)
+        except PatternError as error:
+            raise PatternError(f"{path}, line {line}, column {name!r}: {error}") from None
         out.append(number)
     return out
 

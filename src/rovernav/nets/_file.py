@@ -49,17 +49,18 @@ def save_network(network: Network, path: Path) -> str:
         FileError: The file cannot be written there.
         SettingError: The card holds what JSON cannot, like NaN.
     """
-    from safetensors.numpy import save
-
-    header = _header(network)
-    try:
-        digest = _hash(header, network.parameters)
-    except (TypeError, ValueError) as error:
-        raise SettingError(f"a network's card must hold plain JSON values: {error}") from None
-    metadata = {"rovernav": canonical_json({**header, "sha256": digest})}
-    data = save({"parameters": np.ascontiguousarray(network.parameters)}, metadata)
+    data, digest = _pack(network)
     write_atomic(path, lambda file: file.write(data))
     return digest
+
+
+def network_bytes(network: Network) -> bytes:
+    """What `save_network` writes.
+
+    Raises:
+        SettingError: The card holds what JSON cannot, like NaN.
+    """
+    return _pack(network)[0]
 
 
 def load_network(path: Path) -> Network:
@@ -69,8 +70,20 @@ def load_network(path: Path) -> Network:
         FileError: Missing, truncated, foreign, damaged, of another version or wrong shape; the
             sentence names the first field that differs.
     """
-    data = read_bytes(path, limit=MAX_BYTES, what="network file")
-    header, parameters = _open(path, data)
+    return parse_network(read_bytes(path, limit=MAX_BYTES, what="network file"), path)
+
+
+def parse_network(data: bytes, source: Path | str) -> Network:
+    """The network in the bytes of a network file.
+
+    Args:
+        data: The whole file.
+        source: What error messages call it.
+
+    Raises:
+        FileError: As `load_network`.
+    """
+    header, parameters = _open(source, data)
     try:
         network = Network(
             topology=tuple(header["topology"]),
@@ -87,13 +100,26 @@ def load_network(path: Path) -> Network:
             ),
         )
     except RovernavError as error:
-        raise FileError(f"{path} is damaged: {error}") from None
+        raise FileError(f"{source} is damaged: {error}") from None
     return network
 
 
 def weights_sha256(network: Network) -> str:
     """SHA-256 of the weights' bytes alone (little-endian)."""
     return sha256_of(_little(network.parameters))
+
+
+def _pack(network: Network) -> tuple[bytes, str]:
+    """The bytes of a network file, and the hash that stands in it."""
+    from safetensors.numpy import save
+
+    header = _header(network)
+    try:
+        digest = _hash(header, network.parameters)
+    except (TypeError, ValueError) as error:
+        raise SettingError(f"a network's card must hold plain JSON values: {error}") from None
+    metadata = {"rovernav": canonical_json({**header, "sha256": digest})}
+    return save({"parameters": np.ascontiguousarray(network.parameters)}, metadata), digest
 
 
 def _header(network: Network) -> dict[str, Any]:
@@ -122,7 +148,7 @@ def _little(parameters: Float) -> bytes:
     return parameters.astype(parameters.dtype.newbyteorder("<")).tobytes()
 
 
-def _open(path: Path, data: bytes) -> tuple[dict[str, Any], Float]:
+def _open(path: Path | str, data: bytes) -> tuple[dict[str, Any], Float]:
     metadata, tensors = _safetensors(path, data)
     text = metadata.get("rovernav")
     if text is None:
@@ -143,7 +169,7 @@ def _open(path: Path, data: bytes) -> tuple[dict[str, Any], Float]:
     return header, parameters
 
 
-def _safetensors(path: Path, data: bytes) -> tuple[dict[str, str], dict[str, Float]]:
+def _safetensors(path: Path | str, data: bytes) -> tuple[dict[str, str], dict[str, Float]]:
     """Metadata and tensors, or one sentence about why this is no whole safetensors file."""
     from safetensors import SafetensorError
     from safetensors.numpy import load
@@ -166,7 +192,7 @@ def _safetensors(path: Path, data: bytes) -> tuple[dict[str, str], dict[str, Flo
         raise FileError(f"{path} is not a whole safetensors file: {reason}") from None
 
 
-def _check_header(path: Path, header: Any) -> None:
+def _check_header(path: Path | str, header: Any) -> None:
     if header.get("format") != FORMAT:
         raise FileError(f"{path}: format must be {FORMAT!r}, got {short(header.get('format'))}")
     if header.get("version") != VERSION:
@@ -180,7 +206,7 @@ def _check_header(path: Path, header: Any) -> None:
     _check_kinds(path, header)
 
 
-def _check_kinds(path: Path, header: dict[str, Any]) -> None:
+def _check_kinds(path: Path | str, header: dict[str, Any]) -> None:
     topology = header["topology"]
     if not isinstance(topology, list) or not all(type(n) is int for n in topology):
         raise FileError(f"{path}: topology must be a list of whole numbers, got {short(topology)}")
@@ -195,7 +221,7 @@ def _check_kinds(path: Path, header: dict[str, Any]) -> None:
         raise FileError(f"{path}: seed must be a whole number, got {short(header['seed'])}")
 
 
-def _check_parameters(path: Path, header: dict[str, Any], parameters: Float) -> None:
+def _check_parameters(path: Path | str, header: dict[str, Any], parameters: Float) -> None:
     if str(parameters.dtype) != header["dtype"]:
         raise FileError(f"{path}: dtype must be {short(header['dtype'])}, got {parameters.dtype}")
     topology = tuple(header["topology"])

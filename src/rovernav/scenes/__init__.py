@@ -14,29 +14,55 @@ from ._bassil import (
     rectangle_scene,
     scenario_names,
 )
-from ._ground import FRAMES, Ground, equip, fenced, ground_scene, to_local
+from ._generated import GENERATORS, Hills, generate
+from ._ground import (
+    FRAMES,
+    Ground,
+    among,
+    check_end,
+    equip,
+    fenced,
+    ground_scene,
+    nearest_free,
+    to_local,
+)
 from ._named import named_scene, scene_names
 from ._practice import free_pairs, pair_mission, practice_grid
-from ._scenario import Scenario, on_terrain, read_scenario, set_scene
+from ._scenario import (
+    Scenario,
+    obstacles,
+    on_terrain,
+    read_scenario,
+    scenario_text,
+    set_scene,
+    strewn,
+)
 
 __all__ = [
     "BOUNDS",
     "FRAMES",
+    "GENERATORS",
     "OBSTACLE",
     "PAPER_POINTS",
     "STEP",
     "A",
     "B",
     "Ground",
+    "Hills",
     "Scenario",
     "Scene",
+    "among",
     "bassil_scene",
+    "check_end",
     "draw_rectangles",
     "equip",
     "fenced",
     "free_pairs",
+    "generate",
     "ground_scene",
     "named_scene",
+    "nearest_free",
+    "obstacles",
     "on_terrain",
     "pair_mission",
     "practice_grid",
@@ -44,7 +70,9 @@ __all__ = [
     "read_scenario",
     "rectangle_scene",
     "scenario_names",
+    "scenario_text",
     "scene_names",
     "set_scene",
+    "strewn",
     "to_local",
 ]

@@ -3,11 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
 
 from ..core import U8, Mapper, Mission, Motion, Sensor, SettingError, value
 from ..mapping import LocalMapper
 from ..rover import Reason, Rover, Standing, standing
-from ..sim import ClearSight, DifferentialDrive, Grid, OffLine, RangeFan, TwoAxis, Worlds
+from ..sim import (
+    ClearSight,
+    DifferentialDrive,
+    Grid,
+    OffLine,
+    RangeFan,
+    Shape,
+    TwoAxis,
+    Worlds,
+    clearance,
+)
 from ..terrain import Terrain
 from ._bassil import Scene
 
@@ -42,13 +56,15 @@ class Ground:
         return self.scene.motion
 
 
-def ground_scene(
+def ground_scene(  # noqa: PLR0913 - the last three by keyword
     terrain: Terrain,
     rover: Rover,
     start: tuple[float, float],
     goal: tuple[float, float],
     *,
     time_limit: float | None = None,
+    obstacles: Sequence[Shape] = (),
+    where: Standing | None = None,
 ) -> Ground:
     """A drive over a terrain: obstacles are the places where the rover cannot stand.
 
@@ -58,13 +74,16 @@ def ground_scene(
         start: Local x, y [m].
         goal: Local x, y [m].
         time_limit: Seconds [s]; five times the straight line where not given.
+        obstacles: What somebody drew on the ground besides, local metres.
+        where: Where this rover can stand on this terrain, if it is known already.
 
     Raises:
-        SettingError: Start or goal lie off the map or where the rover cannot stand.
+        SettingError: Start or goal lie off the map, in an obstacle, or where the rover cannot
+            stand.
     """
-    where = standing(terrain, rover)
+    where = where or standing(terrain, rover)
     for name, point in (("start", start), ("goal", goal)):
-        _check_point(name, point, where, rover)
+        check_end(name, point, where, rover, obstacles)
     sensors, mapper, motion, pace = equip(rover, terrain.frame.cell)
     straight = math.dist(start, goal)
     limit = max(60.0, PATIENCE * straight / pace) if time_limit is None else time_limit
@@ -72,7 +91,9 @@ def ground_scene(
     blocked = where.blocked if rover.drive == "two-axis" else fenced(where.blocked)
     scene = Scene(
         name=terrain.name,
-        worlds=Worlds.single(grid=Grid(frame=terrain.frame, blocked=blocked)),
+        worlds=Worlds.single(
+            grid=Grid(frame=terrain.frame, blocked=blocked), **among(obstacles, rover)
+        ),
         mission=Mission.between(start, goal, goal_radius=radius, time_limit=limit),
         sensors=sensors,
         motion=motion,
@@ -80,6 +101,59 @@ def ground_scene(
         note="Obstacles are the places where the rover cannot stand; nobody drew them.",
     )
     return Ground(scene=scene, terrain=terrain, rover=rover, standing=where)
+
+
+def among(obstacles: Sequence[Shape], rover: Rover) -> dict[str, Any]:
+    """Obstacles as `Worlds.single` takes them: grown by the rover's radius.
+
+    Rectangles stay exact boxes for a rover without a size.
+    """
+    if not rover.is_point:
+        return {"shapes": [shape.grown(rover.radius) for shape in obstacles]}
+    boxes = [box for shape in obstacles if (box := _box_of(shape))]
+    return {"boxes": boxes, "shapes": [shape for shape in obstacles if not _box_of(shape)]}
+
+
+def _box_of(shape: Shape) -> tuple[float, float, float, float] | None:
+    """x0, y0, x1, y1 of a shape that is a rectangle along the axes, as `Shape.box` makes it."""
+    if shape.radius or len(shape.corners) != 4:
+        return None
+    (x0, y0), _, (x1, y1), _ = shape.corners.tolist()
+    same = shape.corners.tolist() == Shape.box(x0, y0, x1, y1).corners.tolist()
+    return (x0, y0, x1, y1) if same and x0 <= x1 and y0 <= y1 else None
+
+
+def check_end(
+    name: str,
+    point: tuple[float, float],
+    where: Standing,
+    rover: Rover,
+    obstacles: Sequence[Shape] = (),
+) -> None:
+    """Raise `SettingError` with the reason where a rover cannot stand at a start or goal.
+
+    Args:
+        name: ``start`` or ``goal``.
+        point: Local x, y [m].
+        where: Where the rover can stand.
+        rover: Who.
+        obstacles: What was drawn on the ground besides.
+    """
+    _check_point(name, point, where, rover)
+    _check_clear(name, point, obstacles, rover)
+
+
+def _check_clear(
+    name: str, point: tuple[float, float], obstacles: Sequence[Shape], rover: Rover
+) -> None:
+    for shape in obstacles:
+        gap = clearance(np.array([point]), Worlds.single(shapes=[shape]))
+        if gap <= rover.radius:
+            near = f"nearer than its radius of {rover.radius:.2f} m" if gap > 0 else "there"
+            raise SettingError(
+                f"rover {rover.name} cannot stand at the {name}: an obstacle is {near}; "
+                f"choose another point"
+            )
 
 
 def fenced(blocked: U8) -> U8:
@@ -112,6 +186,21 @@ def equip(
     fan = RangeFan(reach=max(REACH, REACH_CELLS * cell))
     motion = DifferentialDrive(speed=rover.speed, turn_rate=rover.turn_rate, period=period)
     return (fan,), LocalMapper(fan.angles, reach=fan.reach), motion, rover.speed
+
+
+def nearest_free(where: Standing, point: tuple[float, float]) -> tuple[float, float]:
+    """The middle of the free cell nearest to a local point [m].
+
+    Raises:
+        SettingError: Nowhere on this ground can the rover stand.
+    """
+    rows, columns = np.nonzero(where.blocked == 0)
+    if not len(rows):
+        raise SettingError("nowhere on this ground can the rover stand; choose another rover")
+    cell = where.frame.cell
+    far = (columns + 0.5 - point[0] / cell) ** 2 + (rows + 0.5 - point[1] / cell) ** 2
+    nearest = int(np.argmin(far))
+    return where.frame.centre_of(int(rows[nearest]), int(columns[nearest]))
 
 
 def to_local(

@@ -17,17 +17,20 @@ from pydantic import (
 )
 
 from ..core import Mission, SettingError, build, read_yaml, suggest
-from ..rover import Rover, read_rover
-from ..sim import ClearSight, OffLine, TwoAxis, Worlds
+from ..rover import Rover, Standing, read_rover
+from ..sim import Shape, Worlds
 from ..terrain import Terrain, read_terrain, scatter_rocks, with_rocks
 from ._bassil import Scene
-from ._ground import PATIENCE, Ground, ground_scene, to_local
+from ._generated import Hills, generate
+from ._ground import GOAL_RADIUS, PATIENCE, Ground, among, equip, ground_scene, to_local
 
 FARTHEST = 100_000.0
 """Largest coordinate on ground without a terrain [m]."""
 SMALLEST_ROCK, LARGEST_ROCK = 0.15, 2.0
 """Diameters of scattered rocks [m]."""
 SUFFIXES = (".yaml", ".yml")
+MOST_OBSTACLES, MOST_CORNERS = 1000, 500
+"""Obstacles of one kind in a scenario, corners of a polygon."""
 
 
 def _point(item: Any) -> tuple[float, ...]:
@@ -41,6 +44,22 @@ def _box(item: Any) -> tuple[float, ...]:
     return corners
 
 
+def _circle(item: Any) -> tuple[float, ...]:
+    x, y, radius = _numbers(item, 3, "three numbers x, y, radius, like [4, -1, 0.5]")
+    if not 0 < radius <= FARTHEST:
+        raise ValueError("a circle needs a radius above 0")
+    return x, y, radius
+
+
+def _polygon(item: Any) -> tuple[tuple[float, ...], ...]:
+    corners = list(item) if isinstance(item, (list, tuple)) else []
+    if not 3 <= len(corners) <= MOST_CORNERS:
+        raise ValueError(
+            f"a polygon needs 3 to {MOST_CORNERS} corners, like [[0, 0], [2, 0], [1, 3]]"
+        )
+    return tuple(_point(corner) for corner in corners)
+
+
 def _numbers(item: Any, count: int, wanted: str) -> tuple[float, ...]:
     parts = list(item) if isinstance(item, (list, tuple)) else []
     if len(parts) != count or not all(type(part) in (int, float) for part in parts):
@@ -52,6 +71,9 @@ def _numbers(item: Any, count: int, wanted: str) -> tuple[float, ...]:
 
 Point = Annotated[tuple[float, float], BeforeValidator(_point)]
 Box = Annotated[tuple[float, float, float, float], BeforeValidator(_box)]
+Circle = Annotated[tuple[float, float, float], BeforeValidator(_circle)]
+Polygon = Annotated[tuple[Point, ...], BeforeValidator(_polygon)]
+Few = Field(max_length=MOST_OBSTACLES)
 Above0 = Field(gt=0, le=1e6, allow_inf_nan=False, strict=True)
 
 
@@ -59,13 +81,18 @@ class Scenario(BaseModel):
     """Everything about a drive; the same settings as ``rovernav drive`` takes as options.
 
     Attributes:
-        terrain: Elevation model, relative to the scenario file; or give `boxes`.
+        terrain: Elevation model, relative to the scenario file; without one and without `generate`
+            the ground is flat.
         cell: Cell of a terrain file that does not say its own [m].
-        boxes: Rectangles x0, y0, x1, y1 [m] on flat ground, where there is no terrain.
+        generate: Ground to be made from `seed`, instead of a terrain.
+        boxes: Obstacles: rectangles x0, y0, x1, y1 in `frame`.
+        circles: Obstacles: x, y in `frame` and radius [m].
+        polygons: Obstacles: corners x, y in `frame`, in order.
         start: Key ``from``: x, y in `frame`.
         goal: Key ``to``: x, y in `frame`.
         frame: How `start` and `goal` are given: ``crs``, ``local`` or ``pixel``.
-        rocks: Share of the ground that scattered rocks cover, 0.05 for 5 %; none where not given.
+        rocks: Share of the ground that scattered rocks cover, 0.05 for 5 %; none where not given;
+            goes with a terrain or generated ground.
         rover: Preset, or rover file relative to the scenario file; the controller's usual one where
             not given.
         controller: A controller's name, or a network file relative to the scenario file.
@@ -77,7 +104,10 @@ class Scenario(BaseModel):
 
     terrain: Path | None = None
     cell: Annotated[float, Above0] | None = None
-    boxes: tuple[Box, ...] = ()
+    generate: Hills | None = None
+    boxes: Annotated[tuple[Box, ...], Few] = ()
+    circles: Annotated[tuple[Circle, ...], Few] = ()
+    polygons: Annotated[tuple[Polygon, ...], Few] = ()
     start: Point = Field(alias="from")
     goal: Point = Field(alias="to")
     frame: Literal["crs", "local", "pixel"] = "crs"
@@ -92,22 +122,40 @@ class Scenario(BaseModel):
         """The keys as a scenario file writes them."""
         return [field.alias or name for name, field in cls.model_fields.items()]
 
+    @property
+    def flat(self) -> bool:
+        """Whether the ground is flat: neither read nor generated."""
+        return self.terrain is None and self.generate is None
+
     @field_validator("cell", "frame", "rocks")
     @classmethod
     def _goes_with_terrain(cls, item: Any, info: ValidationInfo) -> Any:
-        if item not in (None, "crs", "local") and info.data.get("terrain", ...) is None:
+        made = info.data.get("generate") is not None and info.field_name != "cell"
+        if item not in (None, "crs", "local") and not made and not info.data.get("terrain", ...):
             raise ValueError("that goes with a terrain, and there is none")
         return item
 
-    @field_validator("boxes", "start", "goal")
+    @field_validator("generate")
     @classmethod
     def _one_ground(cls, item: Any, info: ValidationInfo) -> Any:
-        flat = info.data.get("terrain", ...) is None
-        if not flat and info.field_name == "boxes" and item:
-            raise ValueError("give a terrain or boxes, not both")
-        if flat and item and np.abs(item).max() > FARTHEST:
+        if item is not None and info.data.get("terrain") is not None:
+            raise ValueError("give a terrain or generate one, not both")
+        return item
+
+    @field_validator("boxes", "circles", "polygons", "start", "goal")
+    @classmethod
+    def _near(cls, item: Any, info: ValidationInfo) -> Any:
+        grounds = (info.data.get("terrain", ...), info.data.get("generate", ...))
+        if grounds == (None, None) and _farthest(item) > FARTHEST:
             raise ValueError("without a terrain, coordinates lie within 100 km of (0, 0)")
         return item
+
+
+def _farthest(item: Any) -> float:
+    """The largest coordinate of points and obstacles, as deep as they are nested."""
+    if isinstance(item, tuple):
+        return max((_farthest(part) for part in item), default=0.0)
+    return abs(float(item))
 
 
 def read_scenario(path: Path) -> Scenario:
@@ -133,21 +181,49 @@ def read_scenario(path: Path) -> Scenario:
     return scenario.model_copy(update=beside)
 
 
+def scenario_text(scenario: Scenario) -> str:
+    """The scenario as a YAML file that `read_scenario` reads back to the same values.
+
+    What has its default is left out, but for the seed, the rover and the controller.
+    """
+    import yaml
+
+    whole = scenario.model_dump(mode="json", by_alias=True, exclude_none=True)
+    few = scenario.model_dump(mode="json", by_alias=True, exclude_defaults=True)
+    named = {key: whole[key] for key in ("rover", "controller", "seed") if key in whole}
+    ground = {"generate": whole["generate"]} if scenario.generate is not None else {}
+    first = "# rovernav drive SCENARIO.yaml\n"
+    data = {**few, **ground, **named}
+    return first + yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=95)
+
+
 def set_scene(scenario: Scenario) -> Scene | Ground:
-    """The scene that a scenario describes: on an elevation model, or flat with boxes.
+    """The scene that a scenario describes: on an elevation model, on generated ground, or flat.
 
     Raises:
         RovernavError: The terrain or rover cannot be read, or start or goal cannot be stood on.
     """
     rover = read_rover(scenario.rover or "paper-point")
-    if scenario.terrain is None:
+    if scenario.flat:
         return _flat(scenario, rover)
+    if scenario.generate is not None:
+        return on_terrain(scenario, generate(scenario.generate, seed=scenario.seed), rover)
+    assert scenario.terrain is not None
     return on_terrain(scenario, read_terrain(scenario.terrain, cell=scenario.cell), rover)
 
 
-def on_terrain(scenario: Scenario, terrain: Terrain, rover: Rover) -> Ground:
-    """The scene of a scenario on a terrain that has been read already, its rocks scattered."""
-    if scenario.rocks is not None:
+def on_terrain(
+    scenario: Scenario, terrain: Terrain, rover: Rover, *, where: Standing | None = None
+) -> Ground:
+    """The scene of a scenario on a terrain that has been read already, its rocks scattered.
+
+    Args:
+        scenario: What to do there.
+        terrain: The ground.
+        rover: Who drives.
+        where: Where the rover can stand, if it is known already: then the rocks lie there too.
+    """
+    if scenario.rocks is not None and where is None:
         terrain = strewn(terrain, scenario.rocks, seed=scenario.seed)
     return ground_scene(
         terrain,
@@ -155,7 +231,25 @@ def on_terrain(scenario: Scenario, terrain: Terrain, rover: Rover) -> Ground:
         to_local(terrain, scenario.start, scenario.frame),
         to_local(terrain, scenario.goal, scenario.frame),
         time_limit=scenario.time_limit_s,
+        obstacles=obstacles(scenario, terrain),
+        where=where,
     )
+
+
+def obstacles(scenario: Scenario, terrain: Terrain | None = None) -> list[Shape]:
+    """The boxes, circles and polygons of a scenario, in that order, in local metres."""
+
+    def local(point: tuple[float, ...]) -> tuple[float, float]:
+        at = (point[0], point[1])
+        return at if terrain is None else to_local(terrain, at, scenario.frame)
+
+    found: list[Shape] = []
+    for x0, y0, x1, y1 in scenario.boxes:
+        (u0, v0), (u1, v1) = local((x0, y0)), local((x1, y1))
+        found.append(Shape.box(min(u0, u1), min(v0, v1), max(u0, u1), max(v0, v1)))
+    found += [Shape.disc(*local(circle), circle[2]) for circle in scenario.circles]
+    found += [Shape.polygon([local(corner) for corner in each]) for each in scenario.polygons]
+    return found
 
 
 def strewn(terrain: Terrain, abundance: float, *, seed: int) -> Terrain:
@@ -178,20 +272,27 @@ def strewn(terrain: Terrain, abundance: float, *, seed: int) -> Terrain:
 
 
 def _flat(scenario: Scenario, rover: Rover) -> Scene:
-    if rover.drive != "two-axis":
-        raise SettingError(
-            f"rover {rover.name}: only two-axis rovers can drive among boxes; give a terrain, "
-            "or the rover paper-point"
-        )
-    points = [scenario.start, scenario.goal, *[b[:2] for b in scenario.boxes]]
-    points += [b[2:] for b in scenario.boxes]
-    edge = max(20.0, 2.0 * max(max(abs(x), abs(y)) for x, y in points))
+    sensors, mapper, motion, pace = equip(rover, 0.0)
+    points = [scenario.start, scenario.goal]
+    edge = max(20.0, 2.0 * max(_farthest(tuple(points)), _reach(scenario)))
     straight = math.dist(scenario.start, scenario.goal)
-    limit = scenario.time_limit_s or max(60.0, PATIENCE * straight / rover.step)
+    limit = scenario.time_limit_s or max(60.0, PATIENCE * straight / pace)
+    radius = 1e-9 if rover.drive == "two-axis" else GOAL_RADIUS
     return Scene(
         name="boxes",
-        worlds=Worlds.single(scenario.boxes, bounds=(-edge, -edge, edge, edge)),
-        mission=Mission.between(scenario.start, scenario.goal, goal_radius=1e-9, time_limit=limit),
-        sensors=(ClearSight(), OffLine(rover.step / 2)),
-        motion=TwoAxis(period=1.0),
+        worlds=Worlds.single(
+            **among(obstacles(scenario), rover), bounds=(-edge, -edge, edge, edge)
+        ),
+        mission=Mission.between(
+            scenario.start, scenario.goal, goal_radius=radius, time_limit=limit
+        ),
+        sensors=sensors,
+        motion=motion,
+        mapper=mapper,
     )
+
+
+def _reach(scenario: Scenario) -> float:
+    """The largest coordinate of what stands on flat ground [m]."""
+    circles = tuple((abs(x) + r, abs(y) + r) for x, y, r in scenario.circles)
+    return _farthest((scenario.boxes, circles, scenario.polygons))

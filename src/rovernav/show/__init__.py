@@ -5,13 +5,17 @@ Nothing here loads the plotting library before a picture is asked for.
 
 from ._drive import draw_drive
 from ._paper import draw_paper_figure
+from ._relief import WHY, relief_pixels
 from ._route import draw_route
 from ._sweep import draw_sweep
 from ._terrain import draw_terrain
 from ._training import draw_training
+from ._words import PALETTE, end_words
 from ._worlds import draw_worlds
 
 __all__ = [
+    "PALETTE",
+    "WHY",
     "draw_drive",
     "draw_paper_figure",
     "draw_route",
@@ -19,4 +23,6 @@ __all__ = [
     "draw_terrain",
     "draw_training",
     "draw_worlds",
+    "end_words",
+    "relief_pixels",
 ]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core import F64, ShapeError
 from ..rover import Standing
-from ..sim import Trace
+from ..sim import Trace, Worlds
 from ..terrain import Terrain
 from ._canvas import INK, footer, heading, in_metres, picture
 from ._map import (
@@ -22,6 +22,7 @@ from ._map import (
 )
 from ._relief import Window, draw_forbidden, draw_relief, piece_of
 from ._words import amount, end_colour, end_marker, end_words, path_of
+from ._worlds import draw_boxes, draw_shapes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,13 +33,14 @@ _SIDE, _WIDE = 0.725, 0.25
 """Left edge and width of the column beside the map, as shares of the figure."""
 
 
-def draw_drive(
+def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
     trace: Trace,
     path: Path,
     *,
     terrain: Terrain,
     standing: Standing | None = None,
     sensed: F64 | None = None,
+    worlds: Worlds | None = None,
     title: str | None = None,
 ) -> Path:
     """Draw the drive of the first rover of a trace, north up.
@@ -49,6 +51,7 @@ def draw_drive(
         terrain: The ground.
         standing: Where the rover could stand, drawn by reason.
         sensed: Points (m, 2) that the rover's beams met [m].
+        worlds: Where it was driven, for the obstacles that somebody drew.
         title: Instead of the terrain's name.
 
     Returns:
@@ -67,6 +70,9 @@ def draw_drive(
         window = window_around(ends, terrain.frame)
         axes = figure.add_axes((0.065, 0.115, 0.64, 0.81))
         extra, tint = _ground(axes, terrain, standing, window)
+        if worlds is not None:
+            draw_boxes(axes, worlds)
+            draw_shapes(axes, worlds, labelled=not len(worlds.boxes))
         line = _path(axes, trace, driven, sensed)
         scale_bar(axes, window, ends)
         in_metres(axes)

@@ -9,6 +9,16 @@ from ..sim import Trace
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
+PALETTE = {
+    "blue": BLUE,
+    "orange": ORANGE,
+    "green": GREEN,
+    "vermilion": VERMILION,
+    "sky": SKY,
+    "purple": PURPLE,
+    "yellow": YELLOW,
+}
+"""The colours by name, in the order in which lines beside each other take them."""
 OBSTACLE_FILL, OBSTACLE_EDGE = "#BBBBBB", "#444444"
 PATH = BLUE
 

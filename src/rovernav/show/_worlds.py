@@ -90,17 +90,10 @@ def draw_worlds(
 
 
 def _panel(axes: Axes, trace: Trace, worlds: Worlds, k: int) -> None:
-    from matplotlib.patches import Rectangle
-
     driven, ended = path_of(trace, k), trace.ended(k)
     start, goal = trace.mission.start[k, :2], trace.mission.goal[k]
-    for i, (x0, y0, x1, y1) in enumerate(worlds.row(k).boxes):
-        axes.add_patch(
-            Rectangle(
-                (x0, y0), x1 - x0, y1 - y0, label="obstacle" if i == 0 else None,
-                facecolor=OBSTACLE_FILL, edgecolor=OBSTACLE_EDGE, zorder=1,
-            )
-        )  # fmt: skip
+    draw_boxes(axes, worlds, k)
+    draw_shapes(axes, worlds, k, labelled=not len(worlds.row(k).boxes))
     axes.plot(*np.stack([start, goal]).T, "--", color=INK, lw=0.9, zorder=2, label="straight line")
     dots = "o-" if len(driven) <= 100 else "-"
     axes.plot(*driven.T, dots, color=PATH, lw=1.5, ms=3.2, zorder=3, label="driven path")
@@ -116,6 +109,34 @@ def _panel(axes: Axes, trace: Trace, worlds: Worlds, k: int) -> None:
     axes.set_axisbelow(True)
 
 
+def draw_boxes(axes: Axes, worlds: Worlds, k: int = 0) -> None:
+    """Draw the rectangles in the world of rover k."""
+    from matplotlib.patches import Rectangle
+
+    for i, (x0, y0, x1, y1) in enumerate(worlds.row(k).boxes):
+        axes.add_patch(
+            Rectangle(
+                (x0, y0), x1 - x0, y1 - y0, label="obstacle" if i == 0 else None,
+                facecolor=OBSTACLE_FILL, edgecolor=OBSTACLE_EDGE, zorder=1,
+            )
+        )  # fmt: skip
+
+
+def draw_shapes(axes: Axes, worlds: Worlds, k: int = 0, *, labelled: bool = True) -> None:
+    """Draw the polygons and discs in the world of rover k, grown as they are for it."""
+    outlines = [each for shape in worlds.shapes_of(k) for each in shape.outline()]
+    label = "obstacle, grown by the rover's radius" if _grown(worlds, k) else "obstacle"
+    for i, corners in enumerate(outlines):
+        axes.fill(
+            *corners.T, color=OBSTACLE_FILL, lw=0.5, zorder=1,
+            label=label if labelled and i == 0 else None,
+        )  # fmt: skip
+
+
+def _grown(worlds: Worlds, k: int) -> bool:
+    return any(shape.radius > 0 and len(shape.corners) > 1 for shape in worlds.shapes_of(k))
+
+
 def _words(trace: Trace, k: int) -> str:
     ended, steps = trace.ended(k), amount(int(trace.steps[k]), "step")
     joined = "in" if ended == Outcome.REACHED else "after"
@@ -128,6 +149,7 @@ def _common_window(trace: Trace, worlds: Worlds, chosen: Sequence[int]) -> tuple
     for k in chosen:
         boxes = worlds.row(k).boxes
         points += [path_of(trace, k), boxes[:, :2], boxes[:, 2:]]
+        points += [each for shape in worlds.shapes_of(k) for each in shape.outline()]
     every = np.vstack(points)
     low, high = every.min(axis=0), every.max(axis=0)
     margin = 0.07 * max(float((high - low).max()), 1e-6)

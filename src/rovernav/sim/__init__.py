@@ -5,8 +5,9 @@ from ._fan import RangeFan
 from ._metrics import clearance, path_length
 from ._motion import DifferentialDrive, TwoAxis
 from ._sensors import ClearSight, OffLine
+from ._shapes import Shape, Shapes
 from ._simulate import Drive, DriveState, begin, simulate, tick
-from ._trace import Trace, load_trace, save_trace
+from ._trace import Trace, TraceBuilder, load_trace, save_trace
 from ._world import Grid, Worlds
 
 __all__ = [
@@ -17,7 +18,10 @@ __all__ = [
     "Grid",
     "OffLine",
     "RangeFan",
+    "Shape",
+    "Shapes",
     "Trace",
+    "TraceBuilder",
     "TwoAxis",
     "Worlds",
     "begin",

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core import F64
 from ..kernels import geometry
+from ..kernels import shapes as rounded
 from ._world import Grid, Worlds
 
 
@@ -30,10 +31,15 @@ def clearance(path: F64, worlds: Worlds, k: int = 0) -> float:
     points = np.ascontiguousarray(path if len(path) > 1 else np.repeat(path, 2, axis=0))
     world = int(worlds.of[k])
     boxes = worlds.boxes[worlds.offsets[world] : worlds.offsets[world + 1]]
+    shapes = worlds.shapes_of(k)
     best = np.inf
     for a, b in pairwise(points):
         for box in boxes:
             best = min(best, geometry.segment_box(a[0], a[1], b[0], b[1], box))
+        for shape in shapes:
+            corners = np.ascontiguousarray(shape.corners)
+            gap = rounded.segment_shape(a[0], a[1], b[0], b[1], corners, float(shape.radius))
+            best = min(best, gap)
     if worlds.grid is not None:
         best = min(best, _to_grid(points, worlds.grid))
     return float(best)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core import F64, I64, U8, Frame, ShapeError, value
 from ..kernels.drive import WorldArrays
+from ._shapes import Shape, Shapes
 
 
 @value
@@ -40,6 +41,7 @@ class Worlds:
         bounds: Edge of each world (w, 4): x0, y0, x1, y1 [m]; a rover beyond it has left the map.
         of: World of each rover (n,).
         grid: Ground that all worlds share, or None.
+        shapes: Polygons and discs of each world, or None.
     """
 
     boxes: F64
@@ -47,6 +49,7 @@ class Worlds:
     bounds: F64
     of: I64
     grid: Grid | None = None
+    shapes: Shapes | None = None
 
     def _check(self) -> None:
         if self.boxes.ndim != 2 or self.boxes.shape[1] != 4:
@@ -62,6 +65,10 @@ class Worlds:
             raise ShapeError("an edge needs x0 <= x1 and y0 <= y1")
         if len(self.of) and (self.of.min() < 0 or self.of.max() >= worlds):
             raise ShapeError(f"`of` must name worlds 0 to {worlds - 1}")
+        if self.shapes is not None and len(self.shapes.offsets) != worlds + 1:
+            raise ShapeError(
+                f"{worlds} worlds need the shapes of each, got {len(self.shapes.offsets) - 1}"
+            )
 
     @classmethod
     def single(
@@ -70,6 +77,7 @@ class Worlds:
         *,
         bounds: Sequence[float] | None = None,
         grid: Grid | None = None,
+        shapes: Sequence[Shape] = (),
         rovers: int = 1,
     ) -> Worlds:
         """One world for `rovers` rovers; its edge is the grid's where `bounds` is not given."""
@@ -82,6 +90,7 @@ class Worlds:
             bounds=np.array([edge], dtype=np.float64),
             of=np.zeros(rovers, dtype=np.int64),
             grid=grid,
+            shapes=Shapes.packed([shapes]) if shapes else None,
         )
 
     @classmethod
@@ -104,17 +113,33 @@ class Worlds:
             bounds=self.bounds[i : i + 1],
             of=np.zeros(1, dtype=np.int64),
             grid=self.grid,
+            shapes=None if self.shapes is None else Shapes.packed([self.shapes.of_world(i)]),
         )
+
+    def shapes_of(self, k: int = 0) -> list[Shape]:
+        """Polygons and discs in the world of rover k."""
+        return [] if self.shapes is None else self.shapes.of_world(int(self.of[k]))
 
     def arrays(self) -> WorldArrays:
         """The worlds as the kernels take them."""
-        grid = self.grid
+        grid, shapes = self.grid, self.shapes
+        rounded = (
+            {}
+            if shapes is None
+            else {
+                "corners": np.ascontiguousarray(shapes.corners),
+                "ends": np.ascontiguousarray(shapes.ends),
+                "radius": np.ascontiguousarray(shapes.radius),
+                "shapes": np.ascontiguousarray(shapes.offsets),
+            }
+        )
         return WorldArrays(
             boxes=np.ascontiguousarray(self.boxes),
             offsets=np.ascontiguousarray(self.offsets),
             of=np.ascontiguousarray(self.of),
             blocked=_EMPTY if grid is None else np.ascontiguousarray(grid.blocked),
             cell=1.0 if grid is None else float(grid.frame.cell),
+            **rounded,
         )
 
 

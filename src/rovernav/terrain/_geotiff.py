@@ -22,7 +22,9 @@ SQUARE_WITHIN = 1e-3
 _METRES = {"", "m", "metre", "metres", "meter", "meters"}
 
 
-def read_geotiff(path: Path, *, cell: float | None = None) -> Terrain:
+def read_geotiff(
+    path: Path, *, cell: float | None = None, most_cells: int | None = None
+) -> Terrain:
     """The heights in band 1 of a GeoTIFF, as terrain.
 
     North-up and south-up files both end with row 0 in the south; nodata and masked cells become
@@ -32,6 +34,7 @@ def read_geotiff(path: Path, *, cell: float | None = None) -> Terrain:
     Args:
         path: The file; only GDAL's GTiff driver may open it.
         cell: Side of a cell [m], only for a file without georeference.
+        most_cells: Cells that are read at most; 400 million by default.
 
     Raises:
         FileError: Damaged, an image, too large, rotated, or not on a square grid in metres.
@@ -48,7 +51,7 @@ def read_geotiff(path: Path, *, cell: float | None = None) -> Terrain:
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             gdal = cast(Any, rasterio)
             with gdal.Env(), gdal.open(path, driver="GTiff") as data:
-                return _terrain(data, path, cell)
+                return _terrain(data, path, cell, most_cells or MAX_CELLS)
     except RovernavError:
         raise
     except Exception as error:  # damaged files raise whatever GDAL meets, in several families
@@ -60,8 +63,8 @@ def read_geotiff(path: Path, *, cell: float | None = None) -> Terrain:
         log.setLevel(quiet)
 
 
-def _terrain(data: Any, path: Path, cell: float | None) -> Terrain:
-    _check_bands(data, path)
+def _terrain(data: Any, path: Path, cell: float | None, most: int) -> Terrain:
+    _check_bands(data, path, most)
     frame, north_up = _frame(data, path, cell)
     heights = _heights(data)
     if north_up:
@@ -69,7 +72,7 @@ def _terrain(data: Any, path: Path, cell: float | None) -> Terrain:
     return Terrain.from_heights(heights, frame, name=path.stem, source=f"GeoTIFF {path.name}")
 
 
-def _check_bands(data: Any, path: Path) -> None:
+def _check_bands(data: Any, path: Path, most: int) -> None:
     if data.count != 1:
         raise FileError(
             f"{path} has {data.count} bands, so it is an image rather than an elevation model; "
@@ -80,9 +83,9 @@ def _check_bands(data: Any, path: Path) -> None:
             f"{path} holds {data.colorinterp[0].name} values of type {data.dtypes[0]}, not "
             "heights; give an elevation model in whole or floating-point metres"
         )
-    if data.width * data.height > MAX_CELLS:
+    if data.width * data.height > most:
         raise FileError(
-            f"{path} has {data.width:,} x {data.height:,} cells, more than {MAX_CELLS:,}; crop it "
+            f"{path} has {data.width:,} x {data.height:,} cells, more than {most:,}; crop it "
             "first (gdal_translate -srcwin XOFF YOFF WIDTH HEIGHT IN OUT.tif)"
         )
     unit = (data.units[0] or "").lower()

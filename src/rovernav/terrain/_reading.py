@@ -16,7 +16,9 @@ _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _REMOTE = re.compile(r"^[A-Za-z][A-Za-z0-9+.]+:/|^/vsi|://")
 
 
-def read_terrain(path: str | Path, *, cell: float | None = None) -> Terrain:
+def read_terrain(
+    path: str | Path, *, cell: float | None = None, most_cells: int | None = None
+) -> Terrain:
     """Ground heights from an elevation file on this machine.
 
     ==================================  ============================================================
@@ -28,6 +30,7 @@ def read_terrain(path: str | Path, *, cell: float | None = None) -> Terrain:
     Args:
         path: File or folder.
         cell: Side of a cell [m], for files that do not say it themselves.
+        most_cells: Refuse GeoTIFFs with more cells before their heights are read.
 
     Raises:
         FileError: Missing, damaged, of another kind, or not usable as ground; the sentence says
@@ -39,21 +42,21 @@ def read_terrain(path: str | Path, *, cell: float | None = None) -> Terrain:
     if _REMOTE.search(str(path)):
         raise FileError(f"{path} is not a file on this machine; download it and give its path")
     try:
-        return _read(Path(path), cell)
+        return _read(Path(path), cell, most_cells)
     except (FileError, SettingError):
         raise
     except InputError as error:
         raise FileError(str(error)) from None
 
 
-def _read(path: Path, cell: float | None) -> Terrain:
+def _read(path: Path, cell: float | None, most_cells: int | None) -> Terrain:
     if path.is_dir():
         path = path / META
     head = _head(path)
     if head.startswith(_TIFF):
         from ._geotiff import read_geotiff
 
-        return read_geotiff(path, cell=cell)
+        return read_geotiff(path, cell=cell, most_cells=most_cells)
     from ._grids import read_npy, read_raw
 
     if head.startswith(b"\x93NUMPY"):

@@ -1,0 +1,12 @@
+"""The Lessons tab: to be written."""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+from ._session import Session
+
+
+def lessons_tab(session: Session) -> None:
+    """Placeholder."""
+    ui.label("Lessons")
