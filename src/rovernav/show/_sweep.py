@@ -53,7 +53,8 @@ _DIVERGED = _Panel(
 )  # fmt: skip
 _ERROR = _Panel(
     "|error| of the best network",
-    lambda s: s.least_error, lambda s: (s.least_error, s.least_error), lambda n: f"{n:.2g}", True, "none",
+    lambda s: s.least_error, lambda s: (s.least_error, s.least_error),
+    lambda n: f"{n:.2g}", True, "none",
 )  # fmt: skip
 
 
