@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
-from typing import Any, TypeAlias, cast
+from typing import TypeAlias
 
 import numpy as np
 
 from ..core import Executor, Threads, value
 from ._patterns import Patterns
-from ._sweep_block import Brake, Shared, sweep_block, train_numbers
+from ._sweep_block import Brake, Rows, Shared, sweep_block, train_numbers
 from ._sweep_scores import MemberScore, Scores, SettingScore
 from ._sweep_settings import SweepSettings
 from ._sweep_store import SweepStore
@@ -128,6 +128,11 @@ def sweep(
     )
 
 
+def _each(results: Iterator[Rows]) -> Generator[Rows]:
+    """The results of any executor, to be closed early."""
+    yield from results
+
+
 def _run(
     shared: Shared,
     executor: Executor,
@@ -139,9 +144,8 @@ def _run(
     total, start = shared.settings.members, store.members
     items = ((at, min(at + store.block, total)) for at in range(start, total, store.block))
     began = time.perf_counter()
-    blocks = cast(Generator[Any], executor.map(sweep_block, items, shared=shared))
     try:
-        with closing(blocks):
+        with closing(_each(executor.map(sweep_block, items, shared=shared))) as blocks:
             for rows in blocks:
                 store.append(rows)
                 scores.add(rows)
