@@ -61,7 +61,8 @@ class DaskExecutor:
         self._patience = patience
         self._kept: OrderedDict[str, _Kept] = OrderedDict()
         self._lock = threading.Lock()
-        self._looked, self._seen = -LOOK, time.monotonic()
+        self._looked = -LOOK
+        self._alone: float | None = None
         self._look()
 
     def map(
@@ -158,10 +159,12 @@ class DaskExecutor:
             return
         self.workers = sum(slots.values())
         if slots:
-            self._seen = now
-        elif now > self._seen + self._patience:
+            self._alone = None
+        elif self._alone is None:
+            self._alone = now
+        elif now > self._alone + self._patience:
             raise WorkerError(
-                f"the cluster has had no worker for {now - self._seen:.0f} s; "
+                f"the cluster has had no worker for {now - self._alone:.0f} s; "
                 "start workers, or run it without --cluster"
             )
 
