@@ -85,6 +85,44 @@ def test_commands_take_an_address(cluster: Cluster, client: Any, ground: Path) -
     assert there == alone
 
 
+SWEEP = ("sweep", "bassil-v1", "--eta", "0.1,0.25,0.4", "--momentum", "0.5,0.9", "--seeds", "2000")
+
+
+def test_a_sweep_on_a_cluster_outlives_a_worker_and_writes_the_same_bytes(
+    cluster: Cluster, client: Any, here: Path
+) -> None:
+    alone = tell(*SWEEP, "--out", "alone", "--workers", "1", "--members", "0,11999")
+    killed = threading.Timer(1.0, lambda: os.kill(min(pids(client).values()), signal.SIGKILL))
+    killed.start()
+    words = (*SWEEP, "--out", "there", "--members", "0,11999", "--cluster", cluster.address)
+    there = tell(*words, "--cluster-timeout", "60")
+    killed.join()
+    for name in ("sweep.csv", "settings.csv", "best.safetensors"):
+        assert (here / "alone" / name).read_bytes() == (here / "there" / name).read_bytes()
+    assert there["weights"] == alone["weights"]
+    assert (there["solved"], there["best"]) == (alone["solved"], alone["best"])
+
+
+def test_an_interrupted_sweep_on_a_cluster_is_resumed_on_this_machine(
+    cluster: Cluster, client: Any, here: Path
+) -> None:
+    words = (*SWEEP, "--tolerance", "0", "--epochs", "400", "--out", "kept")
+    alone = tell(*words[:-1], "alone")
+    command = [sys.executable, "-m", "rovernav", *words, "--cluster", cluster.address,
+               "--cluster-timeout", "60"]  # fmt: skip
+    kept = here / "kept" / "sweep.members"
+    with subprocess.Popen(command, stdout=-1, stderr=-1, text=True) as process:
+        wait_for(lambda: kept.exists() and kept.stat().st_size > 3000, process)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert (process.returncode, out) == (130, "")
+    assert "members are kept in kept" in err
+    assert "Traceback" not in err
+    again = tell(*words, "--resume")
+    assert again["best"] == alone["best"]
+    assert (here / "kept/sweep.csv").read_bytes() == (here / "alone/sweep.csv").read_bytes()
+
+
 def test_complaints_are_one_line(ground: Path) -> None:
     words = ("compare", str(ground), "--cell", "0.2")
     for more, code, what in [
