@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
@@ -37,8 +37,8 @@ class Cluster:
 
     def add_worker(self) -> subprocess.Popen[bytes]:
         """A nanny with one worker of one thread."""
-        return self._start("worker", self.address, "--nworkers", "1", "--nthreads", "1",
-                           "--memory-limit", "0", "--local-directory", str(self.folder))  # fmt: skip
+        words = ("--nworkers", "1", "--nthreads", "1", "--memory-limit", "0")
+        return self._start("worker", self.address, *words, "--local-directory", str(self.folder))
 
     def stop(self) -> None:
         for process in reversed(self._processes):
@@ -68,7 +68,7 @@ class Cluster:
 
 
 @contextlib.contextmanager
-def running(folder: Path, workers: int) -> Iterator[Cluster]:
+def running(folder: Path, workers: int) -> Generator[Cluster]:
     """A cluster for as long as the block lasts."""
     cluster = Cluster(folder)
     try:

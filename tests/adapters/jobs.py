@@ -61,6 +61,11 @@ def slow(shared: Any, item: int) -> float:
     return float(shared[item % len(shared)]) + item
 
 
+def slowest(_shared: Any, item: int) -> int:
+    time.sleep(0.3)
+    return item
+
+
 def failing(shared: str, item: int) -> int:
     """The fourth item fails, in a way that `shared` names."""
     if item != 3:

@@ -76,10 +76,21 @@ def test_items_are_drawn_only_a_few_ahead(executor: DaskExecutor) -> None:
             drawn += 1
             yield drawn
 
-    results = executor.map(jobs.mixed, endless(), shared=1.0)
-    for _ in range(5):
-        next(results)
+    results = executor.map(jobs.slowest, endless())
+    assert [next(results) for _ in range(5)] == [1, 2, 3, 4, 5]
     assert drawn <= 5 + 3 * 2
+
+
+def test_items_that_take_no_time_share_tasks(executor: DaskExecutor, client: Any) -> None:
+    def done(dask_scheduler: Any) -> int:
+        return sum(
+            prefix.state_counts["memory"] for prefix in dask_scheduler.task_prefixes.values()
+        )
+
+    before = client.run_on_scheduler(done)
+    results = list(executor.map(jobs.echo, range(3000), shared=2))
+    assert results == [2] * 3000
+    assert client.run_on_scheduler(done) - before < 300
 
 
 @pytest.mark.parametrize(

@@ -145,7 +145,8 @@ def test_help_is_light_and_quick(here: Path) -> None:
         "from rovernav.cli import main\n"
         f"for name in [None, *{list(COMMANDS)}]:\n"
         "    assert main([*([name] if name else []), '--help']) == 0\n"
-        "heavy = {'numpy', 'numba', 'scipy', 'matplotlib', 'pydantic', 'rasterio', 'safetensors'}\n"
+        "heavy = {'numpy', 'numba', 'scipy', 'matplotlib', 'pydantic', 'rasterio', 'safetensors',"
+        " 'dask', 'distributed'}\n"
         "print(sorted(heavy & set(sys.modules)), file=sys.stderr)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

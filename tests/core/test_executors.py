@@ -1,13 +1,15 @@
 from __future__ import annotations
 
 import itertools
+import os
+import signal
 import threading
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
-from rovernav.core import Executor, Processes, Serial, SettingError, Threads
+from rovernav.core import Executor, Processes, Serial, SettingError, Threads, WorkerError
 
 
 def scaled(shared: float, item: int) -> float:
@@ -60,6 +62,27 @@ def test_threads_run_side_by_side() -> None:
         return meet.wait()
 
     assert sorted(Threads(2).map(wait, range(2))) == [0, 1]
+
+
+def dying(_shared: Any, item: int) -> int:
+    if item == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return item
+
+
+def deaf(_shared: Any, item: int) -> int:
+    os.kill(os.getpid(), signal.SIGINT)
+    return item
+
+
+def test_a_process_that_dies_is_told_of_in_a_sentence() -> None:
+    with pytest.raises(WorkerError, match=r"^a worker process ended before its work was done, per"):
+        list(Processes(1).map(dying, range(3)))
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="no signal masks here")
+def test_processes_leave_ctrl_c_to_their_parent() -> None:
+    assert list(Processes(1).map(deaf, range(2))) == [0, 1]
 
 
 @pytest.mark.parametrize("kind", [Threads, Processes])

@@ -63,6 +63,18 @@ def test_values_travel_between_processes() -> None:
     assert copy.start.tolist() == mission().start.tolist()
 
 
+def test_values_arrive_read_only_and_with_their_mappings() -> None:
+    seen = Observation(
+        goal=np.ones((2, 2)), twist=np.zeros((2, 3)), channels={"a": np.ones((2, 1))}
+    )
+    for protocol in (2, 5):
+        back = pickle.loads(pickle.dumps(seen, protocol=protocol))
+        assert not back.goal.flags.writeable
+        assert not back.channels["a"].flags.writeable
+        assert type(back.channels) is type(seen.channels)
+        np.testing.assert_array_equal(back.channel("a"), seen.channel("a"))
+
+
 def test_readings_of_an_observation_are_frozen() -> None:
     reading = np.zeros((2, 4))
     observation = Observation(

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import logging
 import re
 import time
 import warnings
 from collections.abc import Generator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from ..core import MissingExtraError, SettingError, WorkerError, cores
+from ..core.executors import undisturbed
 from ._dask import DaskExecutor
 
 LOCAL = "local"
@@ -76,12 +79,8 @@ def connect(address: str, *, timeout: float = TIMEOUT) -> Any:
     need_extra()
     _check_address(address)
     until = time.monotonic() + timeout
-    from distributed import Client
-
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # versions are compared below, in our words
-            client = Client(address, timeout=timeout, set_as_default=False, name="rovernav")
+        client = _client(address, timeout, until)
     except Exception as error:
         raise WorkerError(
             f"no Dask scheduler answers at {address} within {timeout:g} s ({_reason(error)}); "
@@ -94,6 +93,36 @@ def connect(address: str, *, timeout: float = TIMEOUT) -> Any:
         _close(client)
         raise
     return client
+
+
+def _client(address: str, timeout: float, until: float) -> Any:
+    """A client; any error means that no scheduler is there."""
+    from distributed import Client
+
+    _greet(address, timeout)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # versions are compared afterwards, in our words
+        left = max(1.0, until - time.monotonic())
+        return Client(address, timeout=left, set_as_default=False, name="rovernav")
+
+
+def _greet(address: str, timeout: float) -> None:
+    """Ask a scheduler who it is; a client would wait for ever for a stranger that says nothing."""
+    from distributed import Security
+    from distributed.core import rpc
+
+    async def ask() -> None:
+        arguments = Security().get_connection_args("client")
+        there: Any = rpc(address, connection_args=arguments, timeout=timeout)
+        try:
+            who = await asyncio.wait_for(there.identity(n_workers=0), timeout)
+        finally:
+            await there.close_rpc()
+        if who.get("type") != "Scheduler":
+            raise OSError(f"a Dask {who.get('type')} is there")
+
+    with ThreadPoolExecutor(1) as pool:  # this thread may have a loop of its own
+        pool.submit(asyncio.run, ask()).result()
 
 
 def need_extra() -> None:
@@ -182,14 +211,19 @@ def _local_cluster(workers: int) -> Generator[Any]:
     start: Any = distributed.LocalCluster
     settings = {
         "distributed.scheduler.active-memory-manager.start": False,  # it would drop copies
-        "distributed.worker.memory.terminate": False,
+        "distributed.scheduler.http.routes": [],
+        "distributed.worker.http.routes": [],
     }
-    with configured(settings):
+    nowhere = "127.0.0.1:0"  # where nothing is given, Dask's pages are open to all machines
+    with configured(settings), undisturbed(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
         cluster = start(
             n_workers=workers,
             threads_per_worker=1,
             host="127.0.0.1",
-            dashboard_address=None,
+            dashboard_address=nowhere,
+            worker_dashboard_address=nowhere,
+            scheduler_kwargs={"dashboard": False},
             memory_limit=0,  # as much as worker processes without Dask
             silence_logs=logging.CRITICAL,
             env={"NUMBA_NUM_THREADS": "1"},

@@ -8,12 +8,13 @@ worker. A task names its shared values; Dask brings each to a worker once, befor
 from __future__ import annotations
 
 import contextlib
+import itertools
 import pickle
 import threading
 import time
 import uuid
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import dataclass, is_dataclass
 from typing import Any, TypeVar, final
@@ -21,7 +22,17 @@ from typing import Any, TypeVar, final
 from ..core import WorkerError, in_order
 from ..core.executors import AHEAD
 from ._parcel import Parcel
-from ._work import DONE, FOREIGN, deliver, fingerprint, own_mark, pack_item, processor, run_item
+from ._work import (
+    DONE,
+    FOREIGN,
+    Answer,
+    deliver,
+    fingerprint,
+    own_mark,
+    pack_items,
+    processor,
+    run_items,
+)
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -31,6 +42,8 @@ PATIENCE = 60.0
 """How long a cluster may be without any worker [s]."""
 KEPT = 8
 """Shared values that stay on the cluster for the next map."""
+GRAIN, MOST = 0.25, 1000
+"""Items that take less than this share a task [s], up to so many; a task costs some 5 ms."""
 PARTS = 4
 """A shared tuple of up to so many parts is sent part by part; beyond, Dask spreads tasks less."""
 
@@ -61,7 +74,8 @@ class DaskExecutor:
         self._patience = patience
         self._kept: OrderedDict[str, _Kept] = OrderedDict()
         self._lock = threading.Lock()
-        self._looked, self._seen = -LOOK, time.monotonic()
+        self._looked = -LOOK
+        self._alone: float | None = None
         self._look()
 
     def map(
@@ -79,23 +93,28 @@ class DaskExecutor:
                 an item ended one worker after another.
         """
         parcels, spread = self._send(shared)
-        group = f"rovernav-{getattr(job, '__name__', 'job').strip('_')}-{uuid.uuid4().hex[:12]}"
-        open_items: dict[int, Any] = {}
+        name = f"rovernav-{getattr(job, '__name__', 'job').strip('_')}-{uuid.uuid4().hex[:12]}"
+        pace = _Pace()
+        afloat: dict[int, Any] = {}
 
-        def submit(numbered: tuple[int, Item]) -> _Promise:
-            number, item = numbered
+        def submit(group: tuple[int, Sequence[Item]]) -> _Promise:
+            first, some = group
             future = self._submit(
-                run_item, pack_item(job, item), own_mark(), spread, *parcels, key=(group, number)
+                run_items, pack_items(job, some), own_mark(), spread, *parcels, key=(name, first)
             )
-            open_items[number] = future
-            return _Promise(self, future, number, lambda: open_items.pop(number, None))
+            afloat[first] = future
+            return _Promise(future, len(some), on_done, lambda: self._took(group, afloat, pace))
 
         try:
-            yield from in_order(submit, enumerate(items), self._ahead, on_done)
+            for answer in in_order(submit, pace.groups(items), self._ahead, None):
+                for state, found in answer.found:
+                    if state != DONE:
+                        raise pickle.loads(found)
+                    yield pickle.loads(found)
         finally:
-            if open_items:  # an error, Ctrl-C, or nobody wants the rest
+            if afloat:  # an error, Ctrl-C, or nobody wants the rest
                 with contextlib.suppress(Exception):
-                    self._client.cancel(list(open_items.values()))
+                    self._client.cancel(list(afloat.values()))
 
     def forget(self) -> None:
         """Take the shared values off the cluster; the next map sends them again."""
@@ -158,30 +177,36 @@ class DaskExecutor:
             return
         self.workers = sum(slots.values())
         if slots:
-            self._seen = now
-        elif now > self._seen + self._patience:
+            self._alone = None
+        elif self._alone is None:
+            self._alone = now
+        elif now > self._alone + self._patience:
             raise WorkerError(
-                f"the cluster has had no worker for {now - self._seen:.0f} s; "
+                f"the cluster has had no worker for {now - self._alone:.0f} s; "
                 "start workers, or run it without --cluster"
             )
 
-    def _took(self, future: Any, number: int) -> Any:
-        """The result of an item, or its error."""
-        state, found, where = pickle.loads(self._gathered(future, number))
-        if state == FOREIGN:
-            raise WorkerError(_difference(found))
-        if where != processor():
+    def _took(
+        self, group: tuple[int, Sequence[Any]], afloat: dict[int, Any], pace: _Pace
+    ) -> Answer:
+        """What a worker found."""
+        first, some = group
+        answer: Answer = pickle.loads(self._gathered(afloat[first], first, len(some)))
+        afloat.pop(first)
+        if answer.found[0][0] == FOREIGN:
+            raise WorkerError(_difference(answer.found[0][1]))
+        if answer.processor != processor():
             note = (
-                f"some workers have another processor or C library ({where}) than this machine "
-                f"({processor()}); results may differ from this machine's in their last bits"
+                f"some workers have another processor or C library ({answer.processor}) than this "
+                f"machine ({processor()}); results may differ from this machine's in their last "
+                "bits"
             )
             if note not in self.notes:
                 self.notes.append(note)
-        if state == DONE:
-            return found
-        raise found
+        pace.learn(answer.seconds / len(some))
+        return answer
 
-    def _gathered(self, future: Any, number: int) -> bytes:
+    def _gathered(self, future: Any, first: int, count: int) -> bytes:
         from distributed import KilledWorker
 
         while True:
@@ -190,10 +215,11 @@ class DaskExecutor:
             except TimeoutError:
                 self._look()
             except KilledWorker as error:
+                which = f"items {first + 1} to {first + count} were"
+                which = f"item {first + 1} was" if count == 1 else which
                 raise WorkerError(
-                    f"item {number + 1} was given up: {error.allowed_failures + 1} workers ended, "
-                    "one after another, while they had it; perhaps it needs more memory than a "
-                    "worker has"
+                    f"{which} given up: {error.allowed_failures + 1} workers ended, one after "
+                    "another, while they had it; perhaps it needs more memory than a worker has"
                 ) from None
             except CancelledError as error:
                 raise WorkerError(
@@ -204,6 +230,26 @@ class DaskExecutor:
                     f"a worker or the scheduler could not open its work ({_line(error)}); it needs "
                     "the same packages and modules as this machine"
                 ) from None
+
+
+@final
+class _Pace:
+    """How many items make a task: one where an item takes long, many where it takes no time."""
+
+    def __init__(self) -> None:
+        self._together, self._drawn = 1, 0
+
+    def groups(self, items: Iterable[Item]) -> Iterator[tuple[int, Sequence[Item]]]:
+        """The items in groups, each with the number of its first."""
+        rest = iter(items)
+        while some := tuple(itertools.islice(rest, self._together)):
+            yield self._drawn, some
+            self._drawn += len(some)
+
+    def learn(self, seconds: float) -> None:
+        """An item took so long [s]."""
+        wanted = int(GRAIN / max(seconds, GRAIN / MOST))
+        self._together = max(1, min(wanted, 2 * self._together))
 
 
 @dataclass(frozen=True)
@@ -224,33 +270,36 @@ class _Kept:
 
 @final
 class _Promise:
-    """An item on the cluster, as `in_order` waits for it."""
+    """Some items on the cluster, as `in_order` waits for them."""
 
     def __init__(
-        self, executor: DaskExecutor, future: Any, number: int, forget: Callable[[], object]
+        self,
+        future: Any,
+        count: int,
+        on_done: Callable[[], object] | None,
+        take: Callable[[], Answer],
     ) -> None:
-        self._executor, self._future, self._number = executor, future, number
-        self._forget = forget
-        self._tell: Callable[[], object] | None = None
+        self._future, self._take = future, take
+        self._untold, self._on_done = count, on_done
         self._lock = threading.Lock()
+        if on_done is not None:
+            future.add_done_callback(self._tell)
+
+    def result(self) -> Answer:
+        answer = self._take()
+        self._tell(self._future)  # Dask tells in a thread of its own, perhaps later
+        return answer
 
     def add_done_callback(self, fn: Callable[[Any], object], /) -> None:
-        self._tell = lambda: fn(self)
-        self._future.add_done_callback(self._done)
+        raise NotImplementedError  # each item is told of, not each task
 
-    def result(self) -> Any:
-        found = self._executor._took(self._future, self._number)  # pyright: ignore[reportPrivateUsage]
-        self._done(self._future)  # Dask tells in a thread of its own, perhaps later
-        self._forget()
-        return found
-
-    def _done(self, future: Any) -> None:
-        if future.status != "finished":
+    def _tell(self, future: Any) -> None:
+        if future.status != "finished" or self._on_done is None:
             return
         with self._lock:
-            tell, self._tell = self._tell, None
-        if tell is not None:
-            tell()
+            untold, self._untold = self._untold, 0
+        for _ in range(untold):
+            self._on_done()
 
 
 def _is_frozen(part: Any) -> bool:

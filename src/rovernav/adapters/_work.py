@@ -7,10 +7,11 @@ import functools
 import hashlib
 import pickle
 import platform
-from collections.abc import Generator
+import time
+from collections.abc import Generator, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ._parcel import Parcel
 
@@ -19,40 +20,69 @@ PACKAGES = ("rovernav", "numpy", "numba", "llvmlite")
 """What results depend on, besides Python."""
 
 
+class Answer(NamedTuple):
+    """What a worker says about some items.
+
+    Attributes:
+        found: For each item up to the first that failed: how it went, and the result or error,
+            pickled; or that the worker does not fit, and its `fingerprint`.
+        seconds: Time that the items took [s].
+        processor: The worker's.
+    """
+
+    found: list[tuple[str, Any]]
+    seconds: float
+    processor: str
+
+
 def deliver(parcel: Parcel) -> Parcel:
     """The task whose result is a shared value: the cluster can repeat it when a copy is lost."""
     return parcel
 
 
-def pack_item(job: Any, item: Any) -> bytes:
-    """A job and one item, for `run_item`."""
+def pack_items(job: Any, items: Sequence[Any]) -> bytes:
+    """A job and some items, for `run_items`."""
     import cloudpickle
 
-    return cloudpickle.dumps((job, item), protocol=5)
+    return cloudpickle.dumps((job, items), protocol=5)
 
 
-def run_item(packed: bytes, mark: str, spread: bool, *parcels: Parcel) -> bytes:
-    """Run one item on a worker.
+def run_items(packed: bytes, mark: str, spread: bool, *parcels: Parcel) -> bytes:
+    """Run some items on a worker, up to the first that fails.
 
     Args:
-        packed: Made by `pack_item`.
-        mark: The `mark` of the machine that asks; another one's work is not done.
+        packed: Made by `pack_items`.
+        mark: The `own_mark` of the machine that asks; another one's work is not done.
         spread: Whether the parcels are the parts of a tuple, or one parcel is all.
         parcels: What all items share.
 
     Returns:
-        Pickled: `DONE`, `FAILED` or `FOREIGN`, the result, error or `fingerprint`, the `processor`.
+        A pickled `Answer`.
     """
     if mark != own_mark():
-        return pickle.dumps((FOREIGN, fingerprint(), processor()))
+        return pickle.dumps(Answer([(FOREIGN, fingerprint())], 0.0, processor()))
+    found: list[tuple[str, Any]] = []
+    began = time.perf_counter()
     try:
-        job, item, parts = _unpacked(packed, parcels)
+        job, items, parts = _unpacked(packed, parcels)
         shared = parts if spread else next(iter(parts), None)
+        began = time.perf_counter()
         with one_thread():
-            answer = pickle.dumps((DONE, job(shared, item), processor()), protocol=5)
-    except Exception as error:  # travels in the result, so that no worker prints it
-        answer = _failure(error)
-    return answer
+            for item in items:
+                found.append((DONE, pickle.dumps(job(shared, item), protocol=5)))
+    except Exception as error:  # travels in the answer, so that no worker prints it
+        found.append((FAILED, _portable(error)))
+    return pickle.dumps(Answer(found, time.perf_counter() - began, processor()), protocol=5)
+
+
+def _portable(error: Exception) -> bytes:
+    """The error as it was; one that cannot travel, as words."""
+    try:
+        packed = pickle.dumps(error, protocol=5)
+        pickle.loads(packed)
+    except Exception:
+        packed = pickle.dumps(RuntimeError(f"{type(error).__name__}: {error}"))
+    return packed
 
 
 def _unpacked(packed: bytes, parcels: tuple[Parcel, ...]) -> tuple[Any, Any, tuple[Any, ...]]:
@@ -65,17 +95,6 @@ def _unpacked(packed: bytes, parcels: tuple[Parcel, ...]) -> tuple[Any, Any, tup
         raise WorkerError(
             f"a worker cannot open its work: {error}; it needs the same modules as this machine"
         ) from None
-
-
-def _failure(error: Exception) -> bytes:
-    """The error as it was; one that cannot travel, as words."""
-    try:
-        answer = pickle.dumps((FAILED, error, processor()), protocol=5)
-        pickle.loads(answer)
-    except Exception:
-        words = RuntimeError(f"{type(error).__name__}: {error}")
-        answer = pickle.dumps((FAILED, words, processor()), protocol=5)
-    return answer
 
 
 @contextlib.contextmanager

@@ -74,6 +74,7 @@ def _app() -> App:
         help="Neural path planning for planetary rovers: from an elevation model to a driven path.",
         version=__version__,
         help_format="plaintext",
+        suppress_keyboard_interrupt=False,  # it would end without a word
         help_epilogue="Start with: rovernav paper, then rovernav drive --help.",
     )
     for name, command in COMMANDS.items():
@@ -89,12 +90,13 @@ def _paragraphs(command: Callable[..., Any]) -> str:
 
 def _answer(error: Exception) -> int:
     """Say what went wrong: a user's mistake, the machine's refusal, or a defect of ours."""
-    from ..core import RovernavError  # late, because --help needs no room but this one
+    from ..core import RovernavError, WorkerError  # late, because --help needs no room but this one
 
     if isinstance(error, RovernavError):
         cause = error.__cause__
         refused = isinstance(cause, OSError) and cause.errno in _FULL
-        return complain(str(error), FAILURE if refused else BAD_INPUT)
+        failed = refused or isinstance(error, WorkerError)
+        return complain(str(error), FAILURE if failed else BAD_INPUT)
     if isinstance(error, OSError) and error.strerror:
         where = f" ({error.filename})" if error.filename else ""
         return complain(f"the system refused: {error.strerror}{where}", FAILURE)

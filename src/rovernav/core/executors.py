@@ -6,11 +6,12 @@ the same results in the same order; only the time differs.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, Protocol, TypeVar, final
 
@@ -125,9 +126,14 @@ class Processes:
             initializer=_hold,
             initargs=(shared,),
         )
+
+        def submit(item: Item) -> Future[Result]:
+            with undisturbed():  # the first item starts the processes
+                return pool.submit(_held_job, job, item)
+
         try:
             yield from in_order(
-                lambda item: pool.submit(_held_job, job, item),
+                submit,
                 items,
                 lambda: AHEAD * self.workers,
                 on_done,
@@ -139,6 +145,25 @@ class Processes:
             ) from None
         finally:
             pool.shutdown(cancel_futures=True)
+
+
+@contextlib.contextmanager
+def undisturbed() -> Generator[None]:
+    """Processes started inside never hear Ctrl-C, which is this one's to answer.
+
+    One that comes meanwhile is answered at the end.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # begun later, it would unblock the signal
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # children inherit it
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class Promise(Protocol[Promised]):
@@ -184,7 +209,6 @@ _held: Any = None
 
 def _hold(shared: Any) -> None:
     global _held
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
     _held = shared
 
 
