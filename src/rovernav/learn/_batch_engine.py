@@ -7,7 +7,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ..core import Executor, Float, PatternError, SettingError
+from ..core import Executor, Float, PatternError, Serial, SettingError, Threads, read_only
 from ..kernels import batch, descent
 from ..kernels.backprop import shuffle
 from ..kernels.team import Team
@@ -62,7 +62,7 @@ class Engine:
         batches = SLICE * self._crew.workers // ((len(self._flat) + _CALL) * self._rows)
         self._slice = max(1, batches) * self._rows
         self._remote = None
-        if not isinstance(workers, int):
+        if not isinstance(workers, int | Serial | Threads):
             seed = settings.seed if settings.order == "shuffled" else -1
             scalars = self._scalars(0, 0)
             self._remote = Remote(workers, network.layer_rows, self._table, scalars, seed)
@@ -191,6 +191,8 @@ class Engine:
 
 def _threads(workers: int | Executor, settings: BatchSettings) -> int:
     """Threads that find something to do: there are no more parts than shards."""
+    if isinstance(workers, Serial | Threads):
+        workers = workers.workers
     if not isinstance(workers, int):
         return 1
     if workers < 1:
@@ -208,6 +210,7 @@ def _tables(patterns: Patterns, learnt: int, dtype: Any) -> tuple[descent.Table,
         raise PatternError(
             f"a pattern is too large for a {dtype} network; scale it, or use a float64 network"
         )
+    x, y = read_only(x), read_only(y)  # so are those of other processes: kernels compile once
     return (
         descent.Table(x[:learnt], y[:learnt], np.arange(learnt)),
         descent.Table(x[learnt:], y[learnt:], np.arange(len(x) - learnt)),

@@ -10,7 +10,13 @@ from ..nets import LOSSES
 
 OPTIMIZERS = {"adam": descent.ADAM, "sgd": descent.SGD}
 SCHEDULES = ("constant", "cosine")
-MOST_SHARDS = 1024
+_WHOLE = (
+    ("batch", 1, 10**6, "10^6"),
+    ("shards", 1, 1024, "1024"),
+    ("epochs", 0, 10**12, "10^12"),
+    ("seed", 0, 2**63 - 1, "2^63 - 1"),
+)
+"""Whole numbers: name, least, most, and most as it is written."""
 _ORDERS = ("cyclic", "shuffled")
 
 
@@ -68,14 +74,11 @@ class BatchSettings:
             raise SettingError(f"tolerance must be 0 or above, got {self.tolerance!r}")
         if not 0 <= self.validation < 1:
             raise SettingError(f"validation must be from 0 to below 1, got {self.validation!r}")
-        if not 1 <= self.batch <= 10**6:
-            raise SettingError(f"batch must be from 1 to 10^6, got {self.batch!r}")
-        if not 1 <= self.shards <= MOST_SHARDS:
-            raise SettingError(f"shards must be from 1 to {MOST_SHARDS}, got {self.shards!r}")
-        if not 0 <= self.epochs <= 10**12:
-            raise SettingError(f"epochs must be from 0 to 10^12, got {self.epochs!r}")
-        if not 0 <= self.seed < 2**63:
-            raise SettingError(f"seed must be from 0 to 2^63 - 1, got {self.seed!r}")
+        for name, low, high, text in _WHOLE:
+            if not low <= getattr(self, name) <= high:
+                raise SettingError(
+                    f"{name} must be from {low} to {text}, got {getattr(self, name)!r}"
+                )
 
     def eta_at(self, epoch: int) -> float:
         """The learning rate of epoch number `epoch`; the first is 0."""

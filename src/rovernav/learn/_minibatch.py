@@ -7,6 +7,7 @@ back to the epoch's beginning.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
 from collections.abc import Callable
@@ -109,9 +110,9 @@ def train_batches(
         on_event: Receives a `Progress` at every epoch at first, later every two per cent; within
             a long epoch also every 10 to 50 ms, with the mean loss of that epoch so far.
         on_step: Receives the training after each step of whole epochs: checkpoints.
-        workers: Threads of this process that share out the shards of each batch; or an executor,
-            such as `core.Processes`, that computes them. The bits are the same. An executor costs
-            a round trip per update, which pays for large batches of large networks only.
+        workers: Threads that share out the shards of each batch, as a number or as
+            `core.Threads`; or another executor that computes them. The bits are the same. Other
+            executors cost a round trip per update, which pays for large batches of large networks.
 
     Returns:
         The ended training; its `stop` says why. Interrupted within an epoch, it stands at that
@@ -162,19 +163,21 @@ class _Watch:
 
     def tell(self, now: BatchTraining) -> bool:
         """Tell of whole epochs."""
+        if self._listener is None:
+            return True
         loss = now.loss if now.epoch else self._first
-        return self._tell(now.epoch, now.updates, loss, now.network.parameters)
+        event = self._event(now.epoch, now.updates, loss, now.network.parameters)
+        return self._listener(dataclasses.replace(event, validation=now.validation)) is not False
 
     def tell_within(self, engine: Engine, epoch: int, updates: int, loss: float) -> bool:
         """Tell from within an epoch."""
         if self._listener is None:
             return True
-        return self._tell(epoch, updates, loss, engine.parameters())
+        event = self._event(epoch, updates, loss, engine.parameters())
+        return self._listener(event) is not False
 
-    def _tell(self, epoch: int, updates: int, loss: float, parameters: Float) -> bool:
-        if self._listener is None:
-            return True
-        event = Progress(
+    def _event(self, epoch: int, updates: int, loss: float, parameters: Float) -> Progress:
+        return Progress(
             epoch=epoch,
             updates=updates,
             worst=math.nan,
@@ -182,7 +185,6 @@ class _Watch:
             seconds=time.perf_counter() - self._began,
             parameters=parameters,
         )
-        return self._listener(event) is not False
 
 
 def _engine(
@@ -249,12 +251,4 @@ def _may_go_on(training: BatchTraining, settings: BatchSettings) -> bool:
 
 
 def _with_stop(training: BatchTraining, stop: StopReason | None) -> BatchTraining:
-    return BatchTraining(
-        network=training.network,
-        moments=training.moments,
-        epoch=training.epoch,
-        updates=training.updates,
-        loss=training.loss,
-        validation=training.validation,
-        stop=stop,
-    )
+    return dataclasses.replace(training, stop=stop)

@@ -6,20 +6,22 @@ much longer than the trip. The arithmetic is that of the threads, and so are the
 
 from __future__ import annotations
 
+import itertools
 import threading
 import uuid
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core import Executor
+from ..core import Executor, Float, value
 from ..kernels import batch, descent
 from ..kernels.backprop import shuffle
 from ..kernels.team import Team, make_board
 
 
-class ShardWork(NamedTuple):
-    """What every worker needs, plain and picklable: sent once.
+@value
+class ShardWork:
+    """What every worker needs: sent once.
 
     Attributes:
         name: Tells this training from others.
@@ -34,8 +36,8 @@ class ShardWork(NamedTuple):
 
     name: str
     layers: tuple[tuple[int, int, int], ...]
-    x: Any
-    y: Any
+    x: Float
+    y: Float
     loss: int
     batch: int
     shards: int
@@ -144,7 +146,7 @@ class Remote:
         parts = min(shards, self._executor.workers)
         ends = [shards * part // parts for part in range(parts + 1)]
         w = state.w.copy()
-        items = [ShardItem(epoch, rows, (a, b), w) for a, b in zip(ends, ends[1:], strict=False)]
+        items = [ShardItem(epoch, rows, (a, b), w) for a, b in itertools.pairwise(ends)]
         g = state.g.reshape(shards, -1)
         results = self._executor.map(shard_gradients, items, shared=self._work)
         for item, (gradients, losses) in zip(items, results, strict=True):
