@@ -16,11 +16,11 @@ import uuid
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass
 from typing import Any, TypeVar, final
 
 from ..core import WorkerError, in_order
-from ..core.executors import AHEAD
+from ..core.executors import AHEAD, is_frozen
 from ._parcel import Parcel
 from ._work import (
     DONE,
@@ -146,7 +146,7 @@ class DaskExecutor:
 
             with configured({"distributed.admin.large-graph-warning-threshold": "1 PiB"}):
                 future = self._submit(deliver, parcel, key=f"rovernav-shared-{name}")
-            kept = _Kept(future, part if _is_frozen(part) else None)
+            kept = _Kept(future, part if is_frozen(part) else None)
         self._kept[name] = kept
         self._kept.move_to_end(name)
         return kept.future
@@ -300,11 +300,6 @@ class _Promise:
             untold, self._untold = self._untold, 0
         for _ in range(untold):
             self._on_done()
-
-
-def _is_frozen(part: Any) -> bool:
-    """Whether the same object will have the same content next time."""
-    return is_dataclass(part) and bool(vars(type(part))["__dataclass_params__"].frozen)
 
 
 def _difference(theirs: dict[str, str]) -> str:

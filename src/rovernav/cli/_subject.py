@@ -32,7 +32,9 @@ def read_table(patterns: str, inputs: int) -> Patterns:
     return read_patterns(Path(patterns), inputs=inputs)
 
 
-def initial_network(topology: str | None, activations: str | None, init: str, seed: int) -> Network:
+def initial_network(
+    topology: str | None, activations: str | None, init: str, seed: int, *, single: bool = False
+) -> Network:
     """The network to begin with.
 
     Args:
@@ -40,10 +42,13 @@ def initial_network(topology: str | None, activations: str | None, init: str, se
         activations: Names with commas; those of `init`, or sigmoid and linear, where not given.
         init: ``seed``, ``paper`` or a network file.
         seed: Seed of drawn weights.
+        single: Draw them in float32.
 
     Raises:
         InputError: No such network, or one that contradicts the other options.
     """
+    import numpy as np
+
     from ..learn import seeded_network
     from ..nets import default_activations, parse_topology
 
@@ -52,7 +57,7 @@ def initial_network(topology: str | None, activations: str | None, init: str, se
     if init == "seed":
         shape = shape or parse_topology(USUAL)
         wanted = names or default_activations(shape)
-        return seeded_network(shape, wanted, seed)
+        return seeded_network(shape, wanted, seed, np.float32 if single else np.float64)
     network = _given(init)
     _check_same(f"--init {init}", network, shape, names)
     return network

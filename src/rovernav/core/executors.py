@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import is_dataclass
 from typing import Any, Protocol, TypeVar, final
 
 from .errors import SettingError, WorkerError
@@ -95,6 +96,8 @@ class Threads:
 class Processes:
     """Runs items in processes of this machine, which hold the shared value from their start.
 
+    After a map whose shared value is frozen they stay for the next map with the same one.
+
     Args:
         workers: How many processes; all processors that this process may use where not given.
 
@@ -104,6 +107,7 @@ class Processes:
 
     def __init__(self, workers: int | None = None) -> None:
         self.workers = _checked(workers)
+        self._kept: tuple[Any, ProcessPoolExecutor] | None = None
 
     def map(
         self,
@@ -118,14 +122,7 @@ class Processes:
         Raises:
             WorkerError: A process ended by itself: killed, or out of memory.
         """
-        import multiprocessing
-
-        pool = ProcessPoolExecutor(
-            self.workers,
-            mp_context=multiprocessing.get_context("spawn"),  # threads of ours do not survive fork
-            initializer=_hold,
-            initargs=(shared,),
-        )
+        whole, pool = False, self._open(shared)
 
         def submit(item: Item) -> Future[Result]:
             with undisturbed():  # the first item starts the processes
@@ -138,13 +135,38 @@ class Processes:
                 lambda: AHEAD * self.workers,
                 on_done,
             )
+            whole = is_frozen(shared)
         except BrokenProcessPool:
             raise WorkerError(
                 "a worker process ended before its work was done, perhaps for want of memory; "
                 "use fewer workers"
             ) from None
         finally:
-            pool.shutdown(cancel_futures=True)
+            if whole and self._kept is None:
+                self._kept = shared, pool  # they end when nobody holds this executor any more
+            else:
+                pool.shutdown(cancel_futures=True)
+
+    def _open(self, shared: Any) -> ProcessPoolExecutor:
+        """Processes that hold the shared value; they are no longer kept."""
+        import multiprocessing
+
+        if self._kept is not None:
+            (held, pool), self._kept = self._kept, None
+            if held is shared:
+                return pool
+            pool.shutdown()
+        return ProcessPoolExecutor(
+            self.workers,
+            mp_context=multiprocessing.get_context("spawn"),  # threads of ours do not survive fork
+            initializer=_hold,
+            initargs=(shared,),
+        )
+
+
+def is_frozen(shared: Any) -> bool:
+    """Whether the same object will have the same content next time."""
+    return is_dataclass(shared) and bool(vars(type(shared))["__dataclass_params__"].frozen)
 
 
 @contextlib.contextmanager

@@ -111,7 +111,8 @@ class Executor(Protocol):
         Args:
             job: A function that other processes can import by its name.
             items: What to do; drawn as they are needed, a few per worker ahead.
-            shared: What every item needs; sent once to each worker.
+            shared: What every item needs; sent once to each worker, and not again for the next map
+                if that shares the same frozen value.
             on_done: Called, in any thread, each time an item is done: for progress.
         """
         ...

@@ -30,6 +30,10 @@ ROWS = 4
 SLIM_ROWS = 8
 VECTORS = 4 if binding.get_host_cpu_features().get("avx512f") else 1
 """Size of a tile; its bits do not depend on it."""
+NARROW_ROWS = 16
+"""Rows of a tile half a vector wide: for layers of few units, which would be padding mostly."""
+ZERO, BIAS, ON = 0, 1, 2
+"""Where sums start: at zero, at a bias row, or at what c holds (a sum that goes on)."""
 
 
 class At(NamedTuple):
@@ -44,7 +48,7 @@ class At(NamedTuple):
         b: Index of the first element of b.
         b_row: Distance of its rows.
         depth: Length of every sum, 1 or more.
-        biased: 1 if sums start at the row of b below its last (a bias), 0 if at zero.
+        start: Where sums start: ZERO, ON, or BIAS, the row of b below its last.
     """
 
     c: int
@@ -55,7 +59,7 @@ class At(NamedTuple):
     b: int
     b_row: int
     depth: int
-    biased: int
+    start: int
 
 
 def padded(units: int, itemsize: int) -> int:
@@ -73,124 +77,162 @@ def aligned(size: int, dtype: Any) -> np.ndarray[Any, Any]:
     return raw[first : first + bytes_needed].view(dtype)
 
 
-def _tile(rows: int, vectors: int) -> Callable[..., Any]:
-    """A function (c, a, b, at) that computes `rows` x `vectors` of c in registers."""
+def _tile(rows: int, vectors: int, width: int = VECTOR) -> Callable[..., Any]:
+    """A function (c, a, b, at) that computes `rows` x `vectors` of c in registers.
+
+    Args:
+        rows: Rows of the tile.
+        vectors: Vectors in each row.
+        width: Bytes of a vector.
+    """
     if JIT_DISABLED:
-        return _plain_tile(rows, vectors)
+        return _plain_tile(rows, vectors * width)
 
     def typed(context: Any, c: Any, a: Any, b: Any, at: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            pointers = [
+            c_data, a_data, b_data = (
                 context.make_array(kind)(context, builder, array).data
                 for kind, array in zip(signature.args[:3], args[:3], strict=True)
-            ]
+            )
             where = At(*cgutils.unpack_tuple(builder, args[3], len(At._fields)))
-            _Emitter(builder, c.dtype.bitwidth, pointers, where).emit(rows, vectors)
+            lanes = width * 8 // c.dtype.bitwidth
+            tile = _Emitter(builder.module, c.dtype.bitwidth, lanes).function(rows, vectors)
+            begins = (
+                builder.gep(c_data, [where.c]), builder.gep(a_data, [where.a]),
+                builder.gep(b_data, [where.b]),
+            )  # fmt: skip
+            steps = (where.c_row, where.a_row, where.a_k, where.b_row, where.depth, where.start)
+            builder.call(tile, (*begins, *steps))
             return context.get_dummy_value()
 
         return types.void(c, a, b, at), build
 
-    typed.__name__ = f"tile_{rows}x{vectors}"
+    typed.__name__ = f"tile_{rows}x{vectors}x{width}"
     return intrinsic(typed)
 
 
 class _Emitter:
-    """Writes the LLVM instructions of one tile.
+    """Writes the LLVM function of a tile.
 
     Args:
-        builder: Where they go.
+        module: Where it goes.
         bits: Bits of a number, 32 or 64.
-        pointers: Data of c, a, b.
-        at: `At`, as LLVM values.
+        lanes: Numbers in a vector.
     """
 
-    def __init__(self, builder: Any, bits: int, pointers: list[Any], at: Any) -> None:
-        self._builder = builder
-        self._c, self._a, self._b = pointers
-        self._at = at
-        self._lanes = VECTOR * 8 // bits
-        self._bytes = bits // 8
-        self._vector = ir.VectorType(ir.FloatType() if bits == 32 else ir.DoubleType(), self._lanes)
+    def __init__(self, module: Any, bits: int, lanes: int) -> None:
+        self._module, self._lanes, self._bytes = module, lanes, bits // 8
+        self._number = ir.FloatType() if bits == 32 else ir.DoubleType()
+        self._vector = ir.VectorType(self._number, lanes)
         self._fma = cgutils.get_or_insert_function(
-            builder.module,
+            module,
             ir.FunctionType(self._vector, [self._vector] * 3),
-            f"llvm.fma.v{self._lanes}f{bits}",
+            f"llvm.fma.v{lanes}f{bits}",
         )
 
-    def emit(self, rows: int, vectors: int) -> None:
+    def function(self, rows: int, vectors: int) -> Any:
+        """The function (c, a, b, c_row, a_row, a_k, b_row, depth, start) of this module.
+
+        One of its own, not inlined: among many tiles the compiler runs out of registers.
+        """
+        name = f"rovernav_tile_{rows}x{vectors}x{self._vector}".replace(" ", "")
+        if name in self._module.globals:
+            return self._module.globals[name]
+        data, index = self._number.as_pointer(), ir.IntType(64)
+        kind = ir.FunctionType(ir.VoidType(), [data] * 3 + [index] * 6)
+        function = ir.Function(self._module, kind, name)
+        function.linkage = "internal"
+        function.attributes.add("noinline")
+        self._builder = ir.IRBuilder(function.append_basic_block("entry"))
+        self._c, self._a, self._b = function.args[:3]
+        self._c_row, self._a_row, self._a_k, self._b_row, self._depth, self._start = function.args[
+            3:
+        ]
+        self._emit(rows, vectors)
+        self._builder.ret_void()
+        return function
+
+    def _emit(self, rows: int, vectors: int) -> None:
         """Start every sum, add a row of b after the other, store."""
-        builder, at = self._builder, self._at
+        builder = self._builder
         tile = [(r, v) for r in range(rows) for v in range(vectors)]
         sums = {rv: cgutils.alloca_once(builder, self._vector) for rv in tile}
-        starts = [self._start(v) for v in range(vectors)]
-        for r, v in tile:
-            builder.store(starts[v], sums[r, v])
-        with cgutils.for_range(builder, at.depth) as loop:
-            lines = [self._load(self._row_of_b(loop.index, v)) for v in range(vectors)]
+        self._begin(sums)
+        a, b = (cgutils.alloca_once_value(builder, start) for start in (self._a, self._b))
+        with cgutils.for_range(builder, self._depth):
+            left, right = builder.load(a), builder.load(b)
+            lines = [self._load(self._moved(right, v * self._lanes)) for v in range(vectors)]
             for r in range(rows):
-                factor = self._factor(r, loop.index)
+                factor = self._factor(self._moved(left, r, self._a_row))
                 for v in range(vectors):
                     total = builder.load(sums[r, v])
                     builder.store(builder.call(self._fma, [factor, lines[v], total]), sums[r, v])
-        for r, v in tile:
-            place = self._offset(at.c, (at.c_row, r), v)
-            builder.store(builder.load(sums[r, v]), self._pointer(self._c, place), self._bytes)
+            builder.store(builder.gep(left, [self._a_k]), a)
+            builder.store(builder.gep(right, [self._b_row]), b)
+        for (r, v), total in sums.items():
+            builder.store(builder.load(total), self._pointer(self._place(r, v)), self._bytes)
 
-    def _start(self, v: int) -> Any:
-        """The bias row, or zero; row 0 is loaded in its place, for a row must be there."""
-        builder, at = self._builder, self._at
-        biased = builder.icmp_signed("!=", at.biased, ir.Constant(at.biased.type, 0))
-        row = builder.select(biased, at.depth, ir.Constant(at.depth.type, 0))
-        bias = self._load(self._row_of_b(row, v))
-        zero = ir.Constant(self._vector, [0.0] * self._lanes)
-        return builder.select(biased, bias, zero)
+    def _begin(self, sums: dict[tuple[int, int], Any]) -> None:
+        """Store where every sum starts."""
+        builder, start = self._builder, self._start
+        is_bias, goes_on = (builder.icmp_signed("==", start, start.type(k)) for k in (BIAS, ON))
+        with builder.if_else(goes_on) as (on, new):
+            with on:
+                for (r, v), total in sums.items():
+                    builder.store(self._load(self._place(r, v)), total)
+            with new:
+                zero = ir.Constant(self._vector, [0.0] * self._lanes)
+                depth = builder.select(is_bias, self._depth, start.type(0))  # a row is there
+                row = self._moved(self._b, depth, self._b_row)
+                for (_, v), total in sums.items():
+                    bias = self._load(self._moved(row, v * self._lanes))
+                    builder.store(builder.select(is_bias, bias, zero), total)
 
-    def _row_of_b(self, k: Any, v: int) -> Any:
-        at = self._at
-        return self._pointer(self._b, self._offset(at.b, (at.b_row, k), v))
+    def _place(self, r: int, v: int) -> Any:
+        return self._moved(self._moved(self._c, r, self._c_row), v * self._lanes)
 
-    def _factor(self, r: int, k: Any) -> Any:
-        """a[r, k] in every lane."""
-        builder, at = self._builder, self._at
-        place = builder.add(self._offset(at.a, (at.a_row, r), 0), builder.mul(at.a_k, k))
-        number = builder.load(builder.gep(self._a, [place]))
+    def _moved(self, data: Any, count: Any, distance: Any = None) -> Any:
+        """`count` numbers, or that many times `distance`, further."""
+        count = ir.IntType(64)(count) if isinstance(count, int) else count
+        return self._builder.gep(
+            data, [count if distance is None else self._builder.mul(count, distance)]
+        )
+
+    def _factor(self, place: Any) -> Any:
+        """The number there, in every lane."""
+        builder = self._builder
         nothing = ir.Constant(self._vector, ir.Undefined)
-        first = builder.insert_element(nothing, number, ir.Constant(ir.IntType(32), 0))
+        first = builder.insert_element(nothing, builder.load(place), ir.Constant(ir.IntType(32), 0))
         lanes = ir.Constant(ir.VectorType(ir.IntType(32), self._lanes), [0] * self._lanes)
         return builder.shuffle_vector(first, nothing, lanes)
 
-    def _offset(self, start: Any, step: tuple[Any, Any], v: int) -> Any:
-        """Start + distance * count + v vectors."""
-        builder, (distance, count) = self._builder, step
-        count = ir.Constant(distance.type, count) if isinstance(count, int) else count
-        row = builder.add(start, builder.mul(distance, count))
-        return builder.add(row, ir.Constant(distance.type, v * self._lanes))
+    def _pointer(self, place: Any) -> Any:
+        return self._builder.bitcast(place, self._vector.as_pointer())
 
-    def _pointer(self, data: Any, place: Any) -> Any:
-        spot = self._builder.gep(data, [place])
-        return self._builder.bitcast(spot, self._vector.as_pointer())
-
-    def _load(self, pointer: Any) -> Any:
-        return self._builder.load(pointer, align=self._bytes)
+    def _load(self, place: Any) -> Any:
+        return self._builder.load(self._pointer(place), align=self._bytes)
 
 
-def _plain_tile(rows: int, vectors: int) -> Callable[..., None]:
-    """The same in plain Python, for tests without the compiler."""
+def _plain_tile(rows: int, width: int) -> Callable[..., None]:
+    """The same in plain Python, for tests without the compiler; `width` is in bytes."""
 
     def tile(c: Any, a: Any, b: Any, at: At) -> None:
         for r in range(rows):
-            for j in range(vectors * VECTOR // c.itemsize):
-                total = b[at.b + at.depth * at.b_row + j] if at.biased else c.dtype.type(0)
+            for j in range(width // c.itemsize):
+                place = at.c + r * at.c_row + j
+                bias = b[at.b + at.depth * at.b_row + j] if at.start == BIAS else c.dtype.type(0)
+                total = c[place] if at.start == ON else bias
                 for k in range(at.depth):
                     left = a[at.a + r * at.a_row + k * at.a_k]
                     total = fma(left, b[at.b + k * at.b_row + j], total)
-                c[at.c + r * at.c_row + j] = total
+                c[place] = total
 
     return tile
 
 
 _wide_tile, _wide_row = _tile(ROWS, VECTORS), _tile(1, VECTORS)
 _slim_tile, _slim_row = _tile(SLIM_ROWS, 1), _tile(1, 1)
+_narrow_tile, _narrow_row = _tile(NARROW_ROWS, 1, VECTOR // 2), _tile(1, 1, VECTOR // 2)
 
 
 @kernel(inline=True)
@@ -198,7 +240,7 @@ def _moved(at: At, row: int, column: int) -> At:
     """`at`, for the part of c that begins at (row, column)."""
     return At(
         at.c + row * at.c_row + column, at.c_row, at.a + row * at.a_row, at.a_row, at.a_k,
-        at.b + column, at.b_row, at.depth, at.biased,
+        at.b + column, at.b_row, at.depth, at.start,
     )  # fmt: skip
 
 
@@ -212,21 +254,28 @@ def product(c: Any, a: Any, b: Any, at: At, rows: int, columns: int) -> None:
         b: Array that holds the right factor, and below it the bias row if there is one.
         at: Where they stand.
         rows: Rows of c.
-        columns: Columns of c: whole vectors.
+        columns: Columns of c; those up to the next half vector are computed too.
     """
     lanes = VECTOR // c.itemsize
+    columns += -columns % (lanes // 2)
     _touch(c, a, b, at, rows, columns)
     slim = columns - columns % (VECTORS * lanes)
+    narrow = columns - columns % lanes
     for j in range(0, slim, VECTORS * lanes):
         for row in range(0, rows - ROWS + 1, ROWS):
             _wide_tile(c, a, b, _moved(at, row, j))
         for row in range(rows - rows % ROWS, rows):
             _wide_row(c, a, b, _moved(at, row, j))
-    for j in range(slim, columns, lanes):
+    for j in range(slim, narrow, lanes):
         for row in range(0, rows - SLIM_ROWS + 1, SLIM_ROWS):
             _slim_tile(c, a, b, _moved(at, row, j))
         for row in range(rows - rows % SLIM_ROWS, rows):
             _slim_row(c, a, b, _moved(at, row, j))
+    if narrow < columns:
+        for row in range(0, rows - NARROW_ROWS + 1, NARROW_ROWS):
+            _narrow_tile(c, a, b, _moved(at, row, narrow))
+        for row in range(rows - rows % NARROW_ROWS, rows):
+            _narrow_row(c, a, b, _moved(at, row, narrow))
 
 
 @kernel(inline=True)
@@ -236,5 +285,5 @@ def _touch(c: Any, a: Any, b: Any, at: At, rows: int, columns: int) -> Any:
     return (
         c[at.c + (rows - 1) * at.c_row + columns - 1]
         + a[at.a + (rows - 1) * at.a_row + last * at.a_k]
-        + b[at.b + (last + at.biased) * at.b_row + columns - 1]
+        + b[at.b + (last + (at.start == BIAS)) * at.b_row + columns - 1]
     )

@@ -10,6 +10,13 @@ from ..nets import LOSSES
 
 OPTIMIZERS = {"adam": descent.ADAM, "sgd": descent.SGD}
 SCHEDULES = ("constant", "cosine")
+_WHOLE = (
+    ("batch", 1, 10**6, "10^6"),
+    ("shards", 1, 1024, "1024"),
+    ("epochs", 0, 10**12, "10^12"),
+    ("seed", 0, 2**63 - 1, "2^63 - 1"),
+)
+"""Whole numbers: name, least, most, and most as it is written."""
 _ORDERS = ("cyclic", "shuffled")
 
 
@@ -32,6 +39,9 @@ class BatchSettings:
         schedule: ``constant``, or ``cosine``: the rate falls from `eta` to 0 along half a cosine
             over `epochs`, one value per epoch (Loshchilov and Hutter 2017, equation 5).
         validation: Share of the table, its last rows, that is not learnt but only measured.
+        shards: Parts of a batch whose gradients are summed by themselves and then added in their
+            order. The last bits of the weights depend on it, never on how many workers share the
+            shards out: 1 has no use for a second worker, 8 feeds up to eight.
     """
 
     optimizer: str = "adam"
@@ -45,6 +55,7 @@ class BatchSettings:
     seed: int = 0
     schedule: str = "constant"
     validation: float = 0.0
+    shards: int = 1
 
     def _check(self) -> None:
         for what, name, allowed in (
@@ -63,12 +74,11 @@ class BatchSettings:
             raise SettingError(f"tolerance must be 0 or above, got {self.tolerance!r}")
         if not 0 <= self.validation < 1:
             raise SettingError(f"validation must be from 0 to below 1, got {self.validation!r}")
-        if not 1 <= self.batch <= 10**6:
-            raise SettingError(f"batch must be from 1 to 10^6, got {self.batch!r}")
-        if not 0 <= self.epochs <= 10**12:
-            raise SettingError(f"epochs must be from 0 to 10^12, got {self.epochs!r}")
-        if not 0 <= self.seed < 2**63:
-            raise SettingError(f"seed must be from 0 to 2^63 - 1, got {self.seed!r}")
+        for name, low, high, text in _WHOLE:
+            if not low <= getattr(self, name) <= high:
+                raise SettingError(
+                    f"{name} must be from {low} to {text}, got {getattr(self, name)!r}"
+                )
 
     def eta_at(self, epoch: int) -> float:
         """The learning rate of epoch number `epoch`; the first is 0."""

@@ -210,8 +210,9 @@ def _check_same(
     may_change = _MAY_CHANGE
     if isinstance(settings, BatchSettings) and settings.schedule != "constant":
         may_change = ("tolerance",)  # the rates follow from the number of epochs
+    usual = dataclasses.asdict(type(settings)())  # of settings that came after the checkpoint
     for name, now in dataclasses.asdict(settings).items():
-        then = header["settings"].get(name)
+        then = header["settings"].get(name, usual[name])
         if name not in may_change and then != now:
             raise SettingError(
                 f"{path} was made with {name} = {then!r}, not {now!r}; resume with the same"

@@ -1,12 +1,13 @@
 """Mini-batch training of larger networks: one update for many patterns.
 
 Every sum has a fixed order, so the weights have the same bits in every run, whatever the number
-of cores. A training can be saved and resumed between epochs; an interruption within an epoch goes
+of workers. A training can be saved and resumed between epochs; an interruption within an epoch goes
 back to the epoch's beginning.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
 from collections.abc import Callable
@@ -14,7 +15,7 @@ from typing import final
 
 import numpy as np
 
-from ..core import Float, ShapeError, value
+from ..core import Executor, Float, ShapeError, value
 from ..nets import Network, check_loss
 from ._batch_engine import Engine
 from ._batch_settings import BatchSettings
@@ -61,7 +62,12 @@ class BatchTraining:
 
 
 def advance_batches(
-    training: BatchTraining, patterns: Patterns, settings: BatchSettings, epochs: int
+    training: BatchTraining,
+    patterns: Patterns,
+    settings: BatchSettings,
+    epochs: int,
+    *,
+    workers: int | Executor = 1,
 ) -> BatchTraining:
     """Train for up to `epochs` more epochs.
 
@@ -70,6 +76,7 @@ def advance_batches(
         patterns: What to learn.
         settings: Loss, optimizer, rates, order and when to stop.
         epochs: Epochs to do in this step.
+        workers: As of `train_batches`.
 
     Returns:
         The training after it, with `stop` set if it ended in this step. Where loss, weight or
@@ -77,10 +84,11 @@ def advance_batches(
 
     Raises:
         ShapeError: Patterns and network do not fit.
-        SettingError: Loss and output activation do not fit, or a part of the table is empty.
+        SettingError: Loss and output activation do not fit, a part of the table is empty, or
+            there are no workers.
         PatternError: A pattern is too large for the network's precision.
     """
-    engine = _engine(training, patterns, settings)
+    engine = _engine(training, patterns, settings, workers)
     return _advance(engine, training, settings, epochs, _Watch(None, math.nan))
 
 
@@ -91,6 +99,7 @@ def train_batches(
     *,
     on_event: Listener | None = None,
     on_step: Callable[[BatchTraining], None] | None = None,
+    workers: int | Executor = 1,
 ) -> BatchTraining:
     """Train until the loss is below the tolerance, the epochs are done, it diverges or Ctrl-C.
 
@@ -101,6 +110,9 @@ def train_batches(
         on_event: Receives a `Progress` at every epoch at first, later every two per cent; within
             a long epoch also every 10 to 50 ms, with the mean loss of that epoch so far.
         on_step: Receives the training after each step of whole epochs: checkpoints.
+        workers: Threads that share out the shards of each batch, as a number or as
+            `core.Threads`; or another executor that computes them. The bits are the same. Other
+            executors cost a round trip per update, which pays for large batches of large networks.
 
     Returns:
         The ended training; its `stop` says why. Interrupted within an epoch, it stands at that
@@ -108,11 +120,12 @@ def train_batches(
 
     Raises:
         ShapeError: Patterns and network do not fit.
-        SettingError: Loss and output activation do not fit, or a part of the table is empty.
+        SettingError: Loss and output activation do not fit, a part of the table is empty, or
+            there are no workers.
         PatternError: A pattern is too large for the network's precision.
     """
     now = BatchTraining.fresh(training) if isinstance(training, Network) else training
-    engine = _engine(now, patterns, settings)
+    engine = _engine(now, patterns, settings, workers)
     if now.stop is StopReason.INTERRUPTED or _may_go_on(now, settings):
         now = _with_stop(now, None)
     watch = _Watch(on_event, math.nan)
@@ -150,19 +163,21 @@ class _Watch:
 
     def tell(self, now: BatchTraining) -> bool:
         """Tell of whole epochs."""
+        if self._listener is None:
+            return True
         loss = now.loss if now.epoch else self._first
-        return self._tell(now.epoch, now.updates, loss, now.network.parameters)
+        event = self._event(now.epoch, now.updates, loss, now.network.parameters)
+        return self._listener(dataclasses.replace(event, validation=now.validation)) is not False
 
     def tell_within(self, engine: Engine, epoch: int, updates: int, loss: float) -> bool:
         """Tell from within an epoch."""
         if self._listener is None:
             return True
-        return self._tell(epoch, updates, loss, engine.parameters())
+        event = self._event(epoch, updates, loss, engine.parameters())
+        return self._listener(event) is not False
 
-    def _tell(self, epoch: int, updates: int, loss: float, parameters: Float) -> bool:
-        if self._listener is None:
-            return True
-        event = Progress(
+    def _event(self, epoch: int, updates: int, loss: float, parameters: Float) -> Progress:
+        return Progress(
             epoch=epoch,
             updates=updates,
             worst=math.nan,
@@ -170,14 +185,18 @@ class _Watch:
             seconds=time.perf_counter() - self._began,
             parameters=parameters,
         )
-        return self._listener(event) is not False
 
 
-def _engine(training: BatchTraining, patterns: Patterns, settings: BatchSettings) -> Engine:
+def _engine(
+    training: BatchTraining,
+    patterns: Patterns,
+    settings: BatchSettings,
+    workers: int | Executor,
+) -> Engine:
     """An engine that holds the training's weights and moments."""
     check_fit(training.network, patterns)
     check_loss(settings.loss, training.network.activations[-1])
-    engine = Engine(training.network, patterns, settings)
+    engine = Engine(training.network, patterns, settings, workers)
     engine.load(training.network.parameters, training.moments)
     return engine
 
@@ -232,12 +251,4 @@ def _may_go_on(training: BatchTraining, settings: BatchSettings) -> bool:
 
 
 def _with_stop(training: BatchTraining, stop: StopReason | None) -> BatchTraining:
-    return BatchTraining(
-        network=training.network,
-        moments=training.moments,
-        epoch=training.epoch,
-        updates=training.updates,
-        loss=training.loss,
-        validation=training.validation,
-        stop=stop,
-    )
+    return dataclasses.replace(training, stop=stop)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Callable
 from typing import TypeAlias
 
@@ -33,6 +34,7 @@ class Progress:
         loss: Mean loss: half the squared error summed over outputs, or the mini-batch loss.
         seconds: Time spent training since this process began it [s].
         parameters: The weights now (P,).
+        validation: Mean loss of the patterns held out; NaN without any, and where not measured.
     """
 
     epoch: int
@@ -41,6 +43,7 @@ class Progress:
     loss: float
     seconds: float
     parameters: Float
+    validation: float = math.nan
 
 
 Listener: TypeAlias = Callable[[Progress], bool | None]

@@ -45,9 +45,10 @@ class Backward:
         dtype = network.parameters.dtype
         self._loss = LOSSES[loss]
         self._rows = rows
-        self._plan = batch.make_plan(network.layer_rows, rows, dtype.itemsize)
+        self._panel = min(rows, batch.PANEL)
+        self._plan = batch.make_plan(network.layer_rows, self._panel, dtype.itemsize)
         self._w, self._g = (batch.make_weights(self._plan, dtype) for _ in range(2))
-        self._scratch = batch.make_scratch(self._plan, rows, dtype)
+        self._scratch = batch.make_scratch(self._plan, self._panel, dtype)
         self._parameters: Float = np.empty(len(network.parameters), dtype)
         self.gradient: Float = np.empty(len(network.parameters), dtype)
 
@@ -57,9 +58,13 @@ class Backward:
             raise ShapeError(f"this batch has {len(x)} rows, {self._rows} were announced")
         self._parameters[:] = parameters
         batch.pack(self._plan, self._parameters, self._w)
-        batch.inputs(self._plan, self._scratch, self._rows)[:] = x
-        self._scratch.y[:] = y
-        total = batch.gradient(self._plan, self._w, self._g, self._scratch, self._loss, self._rows)
+        total = 0.0
+        for first in range(0, self._rows, self._panel):
+            rows = min(self._panel, self._rows - first)
+            batch.inputs(self._plan, self._scratch, rows)[:] = x[first : first + rows]
+            self._scratch.y[:rows] = y[first : first + rows]
+            part = batch.Part(self._loss, 1.0 / self._rows, int(first > 0), total)
+            total = batch.gradient(self._plan, self._w, self._g, self._scratch, part, rows)
         batch.unpack(self._plan, self._g, self.gradient)
         return total / self._rows
 

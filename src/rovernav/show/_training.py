@@ -23,6 +23,8 @@ HIGHEST = 1e100
 _WORST = "largest |error| of any output of any pattern"
 _RMSE = "root mean square error"
 _LOSS = "loss: half the squared error, summed over outputs, mean over patterns"
+_BATCH = "loss, mean over the epoch's patterns, each before its update"
+_HELD = "loss of the patterns held out, after the epoch"
 
 
 def draw_training(
@@ -71,13 +73,17 @@ def _curves(axes: Axes, curve: Sequence[Progress], outputs: int | None) -> None:
     epochs = np.array([event.epoch for event in curve])
     worst = _positive([event.worst for event in curve])
     loss = _positive([event.loss for event in curve])
+    held = _positive([event.validation for event in curve])
     dots: dict[str, Any] = {"marker": "o", "ms": 3.5} if len(curve) < 30 else {}
     if np.isfinite(worst).any():
         axes.plot(epochs, worst, color=BLUE, lw=1.8, label=_WORST, **dots)
     if outputs:
         axes.plot(epochs, np.sqrt(2.0 * loss / outputs), color=ORANGE, lw=1.4, label=_RMSE, **dots)
     else:
-        axes.plot(epochs, loss, color=ORANGE, lw=1.4, label=_LOSS, **dots)
+        label = _LOSS if np.isfinite(worst).any() else _BATCH
+        axes.plot(epochs, loss, color=ORANGE, lw=1.4, label=label, **dots)
+    if np.isfinite(held).any():
+        axes.plot(epochs, held, color=BLUE, lw=1.8, label=_HELD, **dots)
 
 
 def _end(axes: Axes, last: Progress, tolerance: float | None) -> None:
