@@ -57,7 +57,7 @@ class Jobs:
 
 def table(rows: int = 307, loss: str = "mse") -> Patterns:
     x = np.random.default_rng(5).normal(size=(rows, 3))
-    y = np.column_stack([np.sin(x[:, 0]), x[:, 1] * x[:, 2]])
+    y: Any = np.column_stack([np.sin(x[:, 0]), x[:, 1] * x[:, 2]])
     if loss == "softmax":
         y = np.exp(y) / np.exp(y).sum(1, keepdims=True)
     if loss == "binary":

@@ -88,8 +88,8 @@ def settings_of(
         raise SettingError(f"{name} goes with --method {own}, not with --method {method}")
     if method == "batch":
         return BatchSettings(**_given(both), **only_batch)
-    rule = _given({"rule": online["rule"]})
-    return OnlineSettings(**{"momentum": _ONLINE_MOMENTUM, **_given(both), **rule})
+    usual: dict[str, Any] = {"momentum": _ONLINE_MOMENTUM}
+    return OnlineSettings(**(usual | _given(both) | _given({"rule": online["rule"]})))
 
 
 def fresh_training(
@@ -136,7 +136,7 @@ def run_training(
     checkpoint, recorder = keep
     save: Callable[[Any], None] | None = None
     if checkpoint is not None:
-        save = checkpointer(checkpoint, settings, table)  # type: ignore[arg-type]
+        save = checkpointer(checkpoint, settings, table)
         save(start)
     if isinstance(settings, OnlineSettings):
         assert not isinstance(start, BatchTraining)
