@@ -155,3 +155,105 @@ def test_words() -> None:
     assert second.startswith("Largest |error| 0.00993")
     assert files == ["Written:", "  rovernav-train/network.safetensors",
                      "  rovernav-train/training.png"]  # fmt: skip
+
+
+def write_sines(rows: int = 400) -> Path:
+    x = np.random.default_rng(0).uniform(-2, 2, (rows, 3))
+    y = np.column_stack([np.sin(x[:, 0]) * np.cos(x[:, 1]), x[:, 2] * x[:, 0]])
+    path, names = Path("sines.csv"), "in:a,in:b,in:c,out:s,out:p"
+    np.savetxt(path, np.hstack([x, y]), delimiter=",", header=names, comments="", fmt="%.6g")
+    return path
+
+
+BATCH = ("--method", "batch", "--topology", "3-16-2")
+SMALL = (*BATCH, "--activations", "tanh,linear", "--batch", "64", "--eta", ".01")
+
+
+def test_batches_learn_in_float32_and_tell_what_they_held_out() -> None:
+    report = tell("train", write_sines(), *SMALL, "--validation", ".2", "--epochs", "60")
+    assert (report["stop"], report["epochs"], report["updates"]) == ("epochs", 60, 300)
+    assert report["max_error"] is None
+    assert report["loss"] < 0.1
+    assert report["validation"] < 0.1
+    network = load_network(Path("rovernav-train/network.safetensors"))
+    assert network.parameters.dtype == np.float32
+    assert weights_sha256(network) == report["weights_sha256"]
+    training = network.card.training
+    assert training is not None
+    said = {k: training[k] for k in ("method", "optimizer", "loss", "batch", "shards", "order")}
+    assert said == {"method": "mini-batch back-propagation", "optimizer": "adam", "loss": "mse",
+                    "batch": 64, "shards": 1, "order": "shuffled"}  # fmt: skip
+    assert Path("rovernav-train/training.png").stat().st_size > 10_000
+
+
+def test_workers_do_not_change_the_weights() -> None:
+    path = write_sines()
+    words = ("train", path, *SMALL, "--optimizer", "sgd", "--momentum", ".8", "--schedule",
+             "cosine", "--epochs", "9")  # fmt: skip
+
+    def weights(*more: str) -> str:
+        return tell(*words, *more)["weights_sha256"]
+
+    alone = weights("--shards", "4")
+    assert weights("--shards", "4", "--workers", "1") == alone
+    assert weights("--shards", "4", "--workers", "3") == alone
+    assert weights("--shards", "2") != alone
+
+
+def test_idle_workers_are_told() -> None:
+    said = run("train", write_sines(), *SMALL, "--epochs", "1", "--workers", "3")
+    assert said.code == 0
+    assert said.err == (
+        "note: 1 of 3 workers have something to do; --shards 3 feeds them all, with other last "
+        "bits of the weights\n"
+    )
+
+
+def test_a_batch_training_resumes_with_other_workers() -> None:
+    words = ("train", write_sines(), *SMALL, "--shards", "2", "--validation", ".1")
+    whole = tell(*words, "--epochs", "12")
+    run(*words, "--epochs", "5", "--checkpoint", "c.ckpt")
+    said = run(*words, "--epochs", "12", "--checkpoint", "c.ckpt", "--resume", "--workers", "2",
+               "--json")  # fmt: skip
+    assert said.err == "Resumed from c.ckpt at epoch 5.\n"
+    report = json.loads(said.out)
+    for key in ("epochs", "updates", "loss", "validation", "weights_sha256"):
+        assert report[key] == whole[key]
+
+
+def test_words_of_batches() -> None:
+    path = write_sines()
+    said = run("train", path, *SMALL, "--epochs", "2", "--validation", ".1").out.splitlines()
+    assert said[0].startswith("All epochs are done: epoch 2, 12 updates, ")
+    assert said[1].startswith("Mean loss ")
+    assert ", of the patterns held out " in said[1]
+    said = run("train", path, *SMALL, "--epochs", "500", "--tolerance", ".5").out.splitlines()
+    assert said[0].startswith("The mean loss is within the tolerance: epoch ")
+    assert said[1].startswith("Mean loss 0.")
+    said = run("train", path, *BATCH, "--optimizer", "sgd", "--eta", "1e30")
+    assert (said.code, said.err) == (1, "")
+    assert "try a smaller --eta or --momentum" in said.out
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--method", "bach"), "unknown --method 'bach'; did you mean 'batch'?"),
+        (("--rule", "paper", *BATCH), "--rule goes with --method online, not with --method batch"),
+        (("--trace", "-", *BATCH), "--trace goes with --method online, not with --method batch"),
+        (("--shards", "2"), "--shards goes with --method batch, not with --method online"),
+        (("--workers", "2"), "--workers goes with --method batch, not with --method online"),
+        (("--cluster", "local"), "--cluster goes with --method batch, not with"),
+        ((*BATCH, "--optimizer", "adm"), "unknown optimizer 'adm'; did you mean 'adam'?"),
+        ((*BATCH, "--shards", "0"), "shards must be from 1 to 1024, got 0"),
+        ((*BATCH, "--batch", "1.5"), "--batch must be a whole number, got '1.5'"),
+        ((*BATCH, "--loss", "softmax", "--activations", "tanh,tanh"), "takes linear outputs as"),
+        ((*BATCH, "--validation", ".001"), "of 40 patterns holds out 0; both parts need"),
+        ((*BATCH, "--validation", "1"), "validation must be from 0 to below 1, got 1.0"),
+    ],
+)
+def test_wrong_options_of_batches_are_said(words: tuple[str, ...], sentence: str) -> None:
+    said = run("train", write_sines(40), *words)
+    assert said.code == 2
+    assert sentence in said.err
+    assert not Path("rovernav-train").exists()

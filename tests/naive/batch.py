@@ -59,6 +59,26 @@ def mean_gradient(
     return total / count, [[[g / count for g in row] for row in matrix] for matrix in change]
 
 
+def sharded_gradient(
+    matrices: list[Matrix], names: Sequence[str], x: Matrix, y: Matrix, kind: str, shards: int
+) -> tuple[float, list[Matrix]]:
+    """The same from shards: each summed by itself, then the sums added in their order."""
+    count = len(x)
+    total, change = 0.0, [[[0.0] * len(row) for row in matrix] for matrix in matrices]
+    for shard in range(shards):
+        first, last = count * shard // shards, count * (shard + 1) // shards
+        if first == last:
+            continue
+        mean, part = mean_gradient(matrices, names, x[first:last], y[first:last], kind)
+        share = (last - first) / count
+        total += share * mean
+        for mine, more in zip(change, part, strict=True):
+            for row, added in zip(mine, more, strict=True):
+                for k, g in enumerate(added):
+                    row[k] += share * g
+    return total, change
+
+
 def _add_row(matrices, names, one, wanted, kind, change) -> float:
     outs, sums = [list(one)], []
     for matrix, name in zip(matrices, names, strict=True):

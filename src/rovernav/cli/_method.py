@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         Recorder,
         Training,
     )
+    from ..nets import Network
     from ._workers import Place
 
 METHODS = ("batch", "online")
@@ -76,28 +77,38 @@ def settings_of(
     if method not in METHODS:
         raise SettingError(f"unknown --method {method!r}; {suggest(method, METHODS)}")
     only_batch = _given(dataclasses.asdict(batch))
-    foreign = _given(online) if method == "batch" else only_batch | _given(vars_of(place))
+    foreign = (
+        _given(online)
+        if method == "batch"
+        else only_batch | _given({"workers": place.workers, "cluster": place.cluster})
+    )
     if foreign:
         own = "online" if method == "batch" else "batch"
         name = f"--{next(iter(foreign)).replace('_', '-')}"
         raise SettingError(f"{name} goes with --method {own}, not with --method {method}")
     if method == "batch":
         return BatchSettings(**_given(both), **only_batch)
-    rule = _given({"rule": online["rule"]})
-    return OnlineSettings(**{"momentum": _ONLINE_MOMENTUM, **_given(both), **rule})
+    usual: dict[str, Any] = {"momentum": _ONLINE_MOMENTUM}
+    return OnlineSettings(**(usual | _given(both) | _given({"rule": online["rule"]})))
 
 
-def vars_of(place: Place) -> dict[str, Any]:
-    """What the user said of the place."""
-    return {"workers": place.workers, "cluster": place.cluster}
+def fresh_training(
+    network: Network, table: Patterns, settings: OnlineSettings | BatchSettings
+) -> Training | BatchTraining:
+    """A training that has not begun, of the settings' method.
 
+    Raises:
+        InputError: Network, table and settings do not fit each other.
+    """
+    from ..learn import BatchTraining, OnlineSettings, Training, check_fit
+    from ..nets import check_loss
 
-def fresh_training(network: Any, settings: OnlineSettings | BatchSettings) -> Any:
-    """A training that has not begun, of the settings' method."""
-    from ..learn import BatchTraining, OnlineSettings, Training
-
-    online = isinstance(settings, OnlineSettings)
-    return Training.fresh(network) if online else BatchTraining.fresh(network)
+    check_fit(network, table)
+    if isinstance(settings, OnlineSettings):
+        return Training.fresh(network)
+    check_loss(settings.loss, network.activations[-1])
+    settings.learnt(len(table.x))
+    return BatchTraining.fresh(network)
 
 
 def run_training(
@@ -125,7 +136,7 @@ def run_training(
     checkpoint, recorder = keep
     save: Callable[[Any], None] | None = None
     if checkpoint is not None:
-        save = checkpointer(checkpoint, settings, table)  # type: ignore[arg-type]
+        save = checkpointer(checkpoint, settings, table)
         save(start)
     if isinstance(settings, OnlineSettings):
         assert not isinstance(start, BatchTraining)

@@ -160,10 +160,9 @@ def _start(
 ) -> Training | BatchTraining:
     """A fresh training, or the one in the checkpoint."""
     from ..core import FileError, SettingError
-    from ..learn import check_fit, load_training
+    from ..learn import load_training
 
-    check_fit(network, table)
-    fresh = fresh_training(network, settings)
+    fresh = fresh_training(network, table, settings)
     if resume and checkpoint is None:
         raise SettingError("--resume needs --checkpoint FILE: where the training was saved")
     if checkpoint is None or not checkpoint.exists():

@@ -31,7 +31,7 @@ class Scratch(NamedTuple):
         o: Outputs of all layers, the inputs first, each (rows, padded units).
         d: Signals, laid out like `o`.
         t: Weights of all layers, transposed.
-        u: Gradients of narrow layers, transposed; laid out like `t`.
+        u: Gradients of narrow layers, transposed, laid out like `t`; panels add to them.
         y: Targets (rows, o).
         one: The number 1 (1,).
     """
@@ -50,7 +50,7 @@ class Part(NamedTuple):
     Attributes:
         loss: Code of the loss.
         share: Weight of a row in the mean: 1 / rows of the batch.
-        on: 0 for the first panel; 1 for those whose gradient is added to what is there.
+        on: 0 for the first panel; 1 for those that go on with its gradient, in the same buffers.
         total: Sum of the losses of the rows before.
     """
 

@@ -67,6 +67,10 @@ class Engine:
             scalars = self._scalars(0, 0)
             self._remote = Remote(workers, network.layer_rows, self._table, scalars, seed)
 
+    def close(self) -> None:
+        """End the threads, if there are any."""
+        self._crew.close()
+
     def updates_of(self, patterns: int) -> int:
         """Updates that so many patterns of an epoch take."""
         return -(-patterns // self._rows)

@@ -47,8 +47,14 @@ class Crew:
             other.result()
         return result
 
+    def close(self) -> None:
+        """End the threads."""
+        if self._pool is not None:
+            self._pool.shutdown()
+            self._pool = None
+
     def _start(self, job: Callable[[Team], float], team: Team) -> Future[float]:
-        if self._pool is None:  # its threads end when nobody holds it any more
+        if self._pool is None:
             self._pool = ThreadPoolExecutor(self.workers - 1, thread_name_prefix="rovernav")
         try:
             return self._pool.submit(_guarded, job, team)

@@ -7,6 +7,7 @@ back to the epoch's beginning.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 import time
@@ -88,8 +89,8 @@ def advance_batches(
             there are no workers.
         PatternError: A pattern is too large for the network's precision.
     """
-    engine = _engine(training, patterns, settings, workers)
-    return _advance(engine, training, settings, epochs, _Watch(None, math.nan))
+    with contextlib.closing(_engine(training, patterns, settings, workers)) as engine:
+        return _advance(engine, training, settings, epochs, _Watch(None, math.nan))
 
 
 def train_batches(
@@ -125,25 +126,25 @@ def train_batches(
         PatternError: A pattern is too large for the network's precision.
     """
     now = BatchTraining.fresh(training) if isinstance(training, Network) else training
-    engine = _engine(now, patterns, settings, workers)
-    if now.stop is StopReason.INTERRUPTED or _may_go_on(now, settings):
-        now = _with_stop(now, None)
-    watch = _Watch(on_event, math.nan)
-    try:
-        watch = _Watch(on_event, engine.loss() if on_event and not now.epoch else math.nan)
-        while now.stop is None:
-            if not watch.tell(now):
-                now = _with_stop(now, StopReason.INTERRUPTED)
-                break
-            epochs = engine.epochs
-            if on_event:  # each of the first 200, then every two per cent
-                epochs = min(epochs, max(1, now.epoch // 50 - 3))
-            now = _advance(engine, now, settings, epochs, watch)
-            if on_step:
-                on_step(now)
-    except KeyboardInterrupt:
-        now = _with_stop(now, StopReason.INTERRUPTED)
-    watch.tell(now)
+    with contextlib.closing(_engine(now, patterns, settings, workers)) as engine:
+        if now.stop is StopReason.INTERRUPTED or _may_go_on(now, settings):
+            now = _with_stop(now, None)
+        watch = _Watch(on_event, math.nan)
+        try:
+            watch = _Watch(on_event, engine.loss() if on_event and not now.epoch else math.nan)
+            while now.stop is None:
+                if not watch.tell(now):
+                    now = _with_stop(now, StopReason.INTERRUPTED)
+                    break
+                epochs = engine.epochs
+                if on_event:  # each of the first 200, then every two per cent
+                    epochs = min(epochs, max(1, now.epoch // 50 - 3))
+                now = _advance(engine, now, settings, epochs, watch)
+                if on_step:
+                    on_step(now)
+        except KeyboardInterrupt:
+            now = _with_stop(now, StopReason.INTERRUPTED)
+        watch.tell(now)
     return now
 
 

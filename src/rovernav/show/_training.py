@@ -92,7 +92,8 @@ def _end(axes: Axes, last: Progress, tolerance: float | None) -> None:
     if not 0.0 < error < HIGHEST:  # True for NaN
         return
     met = tolerance is not None and error < tolerance
-    colour = GREEN if met else VERMILION if tolerance is not None else BLUE
+    plain_colour = BLUE if np.isfinite(last.worst) else ORANGE
+    colour = GREEN if met else VERMILION if tolerance is not None else plain_colour
     words = "" if tolerance is None else ", within tolerance" if met else ", tolerance not met"
     said = (
         f"{'stopped' if met else 'ended'} after {amount(last.epoch, 'epoch')}: {error:.4g}{words}"
