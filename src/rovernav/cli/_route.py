@@ -181,8 +181,8 @@ def _planned(report: dict[str, Any]) -> None:
         ratio = f", {report['length_m'] / straight:.2f} times" if straight > 0 else ""
         say(f"Found a way of {report['length_m']:,.2f} m for {straight:,.2f} m in a straight line"
             f"{ratio}.")  # fmt: skip
-        say(f"Steepest ground on the way: {report['max_slope_deg']:.1f} deg; "
-            f"{report['forbidden_share']:.0%} of the map is forbidden to {report['rover']}.")  # fmt: skip
+        share = f"{report['forbidden_share']:.0%} of the map is forbidden to {report['rover']}"
+        say(f"Steepest ground on the way: {report['max_slope_deg']:.1f} deg; {share}.")
     else:
         say(f"There is no way: {report['reason']}.")
     say_files(report["files"])

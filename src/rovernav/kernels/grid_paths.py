@@ -24,35 +24,48 @@ FULL = -1
 
 SQRT2 = math.sqrt(2.0)
 
+DOWN = np.array([0, 0, 1, -1, 1, 1, -1, -1])
+RIGHT = np.array([1, -1, 0, 0, 1, -1, 1, -1])
+"""Rows and columns of the eight moves, the straight ones first."""
+
 SURELY = 1.0 - 1e-7
 """Share of the lower bound that is used, so that no rounding makes a sum fall along a way."""
 
 
 class Search(NamedTuple):
-    """How to search.
+    """How to search; `how` makes one.
 
     Attributes:
         stride: Cells from one row to the next, the ring included.
-        slice: Cost that one slice of the queue spans.
+        per: Slices of the queue per unit of cost.
         goal: Where to stop, or -1 to go everywhere.
-        least: Cost per cell that no cell undercuts; 0 searches without a lower bound.
+        row: Row of the goal, the ring included.
+        column: Column of the goal, the ring included.
+        least: Cost per cell of the lower bound; 0 searches without one.
         corners: Whether a diagonal step may pass a blocked cell.
     """
 
     stride: int
-    slice: float
+    per: float
     goal: int
+    row: int
+    column: int
     least: float
     corners: bool
 
 
+def how(stride: int, slice_: float, goal: int, least: float, *, corners: bool) -> Search:
+    """How to search to a goal with slices of a width and cells that cost at least `least`."""
+    row, column = divmod(goal, stride)
+    bound = SURELY * least if goal >= 0 else 0.0
+    return Search(stride, 1.0 / slice_, goal, row, column, bound, corners)
+
+
 @kernel(inline=True)
-def _bound(s: Search, cell: int) -> float:
+def _bound(s: Search, row: int, column: int) -> float:
     """Octile distance to the goal times the least cost: no way is cheaper."""
-    row, goal_row = cell // s.stride, s.goal // s.stride
-    di = abs(row - goal_row)
-    dj = abs((cell - row * s.stride) - (s.goal - goal_row * s.stride))
-    return SURELY * s.least * (max(di, dj) + (SQRT2 - 1.0) * min(di, dj))
+    di, dj = abs(row - s.row), abs(column - s.column)
+    return s.least * (max(di, dj) + (SQRT2 - 1.0) * min(di, dj))
 
 
 @kernel()
@@ -67,75 +80,81 @@ def search(c: Any, d: Any, seeds: Any, q: Queue, s: Search, touched: Any) -> int
         seeds: Cells to begin with.
         q: A queue; its ring spans the largest step and fall of the bound.
         s: How to search.
-        touched: Room for the cells whose `d` changed, for who wants to reset only those; may be
-            empty.
+        touched: Room for the cells whose `d` changed, for who wants to reset only those: the first
+            item tells how many. A single item lists none.
 
     Returns:
-        Number of cells taken out of the queue, or FULL. touched[0] holds how many are listed.
+        Number of cells taken out of the queue, or FULL.
     """
-    moves = np.array([1, -1, s.stride, -s.stride])
-    bounded = s.goal >= 0 and s.least > 0.0
-    inverse = 1.0 / s.slice
-    listed, listing = 1, touched.size > 1
-    clear(q)
-    now = np.int64(2**62)
-    for k in range(seeds.size):
-        cell = seeds[k]
-        key = d[cell] + (_bound(s, cell) if bounded else 0.0)
-        now = min(now, np.int64(key * inverse))
-    for k in range(seeds.size):
-        cell = seeds[k]
-        key = d[cell] + (_bound(s, cell) if bounded else 0.0)
-        if not push(q, np.int64(key * inverse), cell):
-            return FULL  # more seeds than room: nothing has changed yet
-        if listing:
-            touched[listed] = cell
-            listed += 1
-    best = d[s.goal] if s.goal >= 0 else np.inf
-    taken = 0
-    while taken != FULL and not is_empty(q):
+    now = _begin(d, seeds, q, s, touched)
+    if now == FULL:
+        return FULL
+    best, taken = d[s.goal] if s.goal >= 0 else np.inf, 0
+    while not is_empty(q) and now < best * s.per:
         cell = pop(q, now)
         if cell < 0:
             now += 1
-            if now * s.slice >= best:
-                break
             continue
-        here = d[cell]
-        key = here + (_bound(s, cell) if bounded else 0.0)
-        if np.int64(key * inverse) != now or key >= best:
+        row, column = _place(cell, s)
+        here, own = d[cell], np.float64(c[cell])
+        if int((here + _bound(s, row, column)) * s.per) != now:
             continue  # it was lowered meanwhile, and taken from an earlier slice
         taken += 1
-        own = np.float64(c[cell])
         for k in range(8):
-            if k < 4:
-                other = cell + moves[k]
-                along = 0.5
-            else:
-                side, ahead = moves[k & 1], moves[2 + ((k >> 1) & 1)]
-                other = cell + side + ahead
-                along = 0.5 * SQRT2
-                if not s.corners and not (c[cell + side] < np.inf and c[cell + ahead] < np.inf):
-                    continue
-            new = here + along * (own + c[other])
-            old = d[other]
-            if new < old:
-                h = _bound(s, other) if bounded else 0.0
-                if new + h >= best:
-                    continue
+            di, dj = DOWN[k], RIGHT[k]
+            other = cell + di * s.stride + dj
+            new, old = here + _length(c, cell, k, s) * (own + c[other]), d[other]
+            bound = _bound(s, row + di, column + dj)
+            if new < old and new + bound < best:
                 d[other] = new
-                if listing and old == np.inf:
-                    touched[listed] = other
-                    listed += 1
-                if other == s.goal:
-                    best = new
-                then = np.int64((new + h) * inverse)
-                before = np.int64((old + h) * inverse) if old < np.inf else then + 1
-                if (then != before or then == now) and not push(q, then, other):
-                    taken = FULL
-                    break
-    if listing:
-        touched[0] = listed - 1
+                best = new if other == s.goal else best
+                then = int((new + bound) * s.per)
+                if old == np.inf:
+                    _list(touched, other)
+                elif then != now and then == int((old + bound) * s.per):
+                    continue  # it waits in that slice already
+                if not push(q, then, other):
+                    return FULL
     return taken
+
+
+@kernel(inline=True)
+def _length(c: Any, cell: int, k: int, s: Search) -> float:
+    """Half the length of the k-th move from a cell; inf where it is not allowed."""
+    if k < 4:
+        return 0.5
+    side, ahead = c[cell + RIGHT[k]], c[cell + DOWN[k] * s.stride]
+    return 0.5 * SQRT2 if s.corners or (side < np.inf and ahead < np.inf) else np.inf
+
+
+@kernel(inline=True)
+def _place(cell: int, s: Search) -> tuple[int, int]:
+    """Row and column of a cell, the ring included."""
+    row = cell // s.stride
+    return row, cell - row * s.stride
+
+
+@kernel(inline=True)
+def _list(touched: Any, cell: int) -> None:
+    if touched.size > 1:
+        touched[0] += 1
+        touched[touched[0]] = cell
+
+
+@kernel()
+def _begin(d: Any, seeds: Any, q: Queue, s: Search, touched: Any) -> int:
+    """Put the seeds into the queue; returns the first slice, or FULL."""
+    clear(q)
+    touched[0] = 0
+    first = 2**62
+    for k in range(seeds.size):
+        row, column = _place(seeds[k], s)
+        then = int((d[seeds[k]] + _bound(s, row, column)) * s.per)
+        _list(touched, seeds[k])
+        first = min(first, then)
+        if not push(q, then, seeds[k]):
+            return FULL
+    return first
 
 
 @kernel()
@@ -152,27 +171,17 @@ def walk_back(c: Any, d: Any, goal: int, s: Search, out: Any) -> int:
     Returns:
         Number of cells, or FULL where `out` is too short.
     """
-    moves = np.array([1, -1, s.stride, -s.stride])
     cell, count = goal, 0
-    while True:
-        if count == out.size:
-            return FULL
+    while count < out.size:
         out[count] = cell
         count += 1
-        best, came = d[cell], np.int64(-1)
-        own = np.float64(c[cell])
+        best, came = d[cell], -1
         for k in range(8):
-            if k < 4:
-                other = cell + moves[k]
-                along = 0.5
-            else:
-                side, ahead = moves[k & 1], moves[2 + ((k >> 1) & 1)]
-                other = cell + side + ahead
-                along = 0.5 * SQRT2
-                if not s.corners and not (c[cell + side] < np.inf and c[cell + ahead] < np.inf):
-                    continue
-            if d[other] + along * (own + c[other]) <= d[cell] and d[other] < best:
+            other = cell + DOWN[k] * s.stride + RIGHT[k]
+            step = _length(c, cell, k, s) * (np.float64(c[cell]) + c[other])
+            if d[other] < best and d[other] + step <= d[cell]:
                 best, came = d[other], other
         if came < 0:
             return count
         cell = came
+    return FULL

@@ -33,6 +33,7 @@ class March(NamedTuple):
         stride: Cells from one row to the next, the ring included.
         slice: Cost that one slice of the queue spans.
         goal: Where to stop, or -1 to go everywhere.
+        beyond: How far beyond the cost of the goal to go on, as a share of it.
         second: Whether to use second-order differences.
         limit: Cells are left out whose cost plus `rest` exceeds this.
     """
@@ -40,6 +41,7 @@ class March(NamedTuple):
     stride: int
     slice: float
     goal: int
+    beyond: float
     second: bool
     limit: float
 
@@ -61,57 +63,69 @@ def march(f: Any, u: Any, seeds: Any, q: Queue, m: March, rest: Any) -> int:
     Returns:
         Number of cells taken out of the queue, or FULL.
     """
-    stride = m.stride
-    inverse = 1.0 / m.slice
-    limited = rest.size > 0
-    clear(q)
-    now = np.int64(2**62)
-    for k in range(seeds.size):
-        now = min(now, np.int64(u[seeds[k]] * inverse))
-    for k in range(seeds.size):
-        if not push(q, np.int64(u[seeds[k]] * inverse), seeds[k]):
-            return FULL
+    stride, inverse = m.stride, 1.0 / m.slice
+    now = _begin(u, seeds, q, inverse)
+    if now == FULL:
+        return FULL
     taken = 0
-    while not is_empty(q):
+    while not is_empty(q) and now * m.slice <= _end(u, m):
         cell = pop(q, now)
         if cell < 0:
             now += 1
-            if m.goal >= 0 and now * m.slice > u[m.goal]:
-                break
             continue
         here = np.float64(u[cell])
-        if np.int64(here * inverse) != now:
+        if int(here * inverse) != now:
             continue  # it was lowered meanwhile, and taken from an earlier slice
         taken += 1
-        settled = (now + 1) * m.slice
         for k in range(4):
             step = stride if k & 2 else 1
             other = cell - step if k & 1 else cell + step
             old = np.float64(u[other])
-            cost = np.float64(f[other])
-            if old <= here or cost == np.inf:
-                continue
-            if m.second:
-                new = _second(u, other, stride, cost, settled)
-            else:
-                across = 1 if k & 2 else stride
-                a = min(here, np.float64(u[other + (other - cell)]))
-                b = np.float64(min(u[other - across], u[other + across]))
-                new = _first(a, b, cost)
-            new = np.float64(np.float32(new))
-            if new >= old or (limited and new + rest[other] > m.limit):
-                continue
-            u[other] = new
-            then = np.int64(new * inverse)
-            before = np.int64(old * inverse) if old < np.inf else then + 1
-            if (then != before or then == now) and not push(q, then, other):
-                return FULL
+            if old > here and f[other] < np.inf:
+                if m.second:
+                    new = _second(u, other, stride, f[other], (now + 1) * m.slice)
+                else:
+                    new = _first(u, cell, other, 1 if k & 2 else stride, f[other])
+                new = np.float64(np.float32(new))
+                if new < old and new + _at(rest, other) <= m.limit:
+                    u[other] = new
+                    then = int(new * inverse)
+                    waits = then != now and old < np.inf and then == int(old * inverse)
+                    if not waits and not push(q, then, other):
+                        return FULL
     return taken
 
 
+@kernel()
+def _begin(u: Any, seeds: Any, q: Queue, inverse: float) -> int:
+    """Put the seeds into the queue; returns the first slice, or FULL."""
+    clear(q)
+    first = 2**62
+    for k in range(seeds.size):
+        then = int(u[seeds[k]] * inverse)
+        first = min(first, then)
+        if not push(q, then, seeds[k]):
+            return FULL
+    return first
+
+
 @kernel(inline=True)
-def _first(a: float, b: float, f: float) -> float:
-    """Godunov's upwind value of one cell, to first order."""
+def _end(u: Any, m: March) -> float:
+    """The cost beyond which nothing is asked for."""
+    return (1.0 + m.beyond) * u[m.goal] if m.goal >= 0 else np.inf
+
+
+@kernel(inline=True)
+def _at(rest: Any, cell: int) -> float:
+    return np.float64(rest[cell]) if rest.size > 0 else 0.0
+
+
+@kernel(inline=True)
+def _first(u: Any, cell: int, other: int, across: int, cost: float) -> float:
+    """Godunov's upwind value of `other`, to first order, once its neighbour `cell` has a value."""
+    f = np.float64(cost)
+    a = min(np.float64(u[cell]), np.float64(u[other + (other - cell)]))
+    b = np.float64(min(u[other - across], u[other + across]))
     gap = a - b
     if abs(gap) >= f or not abs(gap) < np.inf:
         return min(a, b) + f
@@ -131,8 +145,9 @@ def _axis(u: Any, cell: int, step: int, settled: float) -> tuple[float, float]:
 
 
 @kernel(inline=True)
-def _second(u: Any, cell: int, stride: int, f: float, settled: float) -> float:
+def _second(u: Any, cell: int, stride: int, cost: float, settled: float) -> float:
     """Upwind value of one cell, to second order where that is possible."""
+    f = np.float64(cost)
     a, p = _axis(u, cell, 1, settled)
     b, r = _axis(u, cell, stride, settled)
     alone = min(a + f / p, b + f / r)

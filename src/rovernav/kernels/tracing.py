@@ -21,6 +21,9 @@ STEP = 0.5
 INSIDE = 0.02
 """Points keep this far from the border of their cell [cells], so that pieces touch no third."""
 
+TINY = 1e-30
+"""No slope is less steep, but for none."""
+
 PATIENCE = 16
 """Steps without getting lower after which whole cells are taken instead."""
 
@@ -40,9 +43,7 @@ def descend(u: Any, stride: int, x: float, y: float, out: Any) -> int:
         Number of points, or -1 where `out` is too short.
     """
     row, column = int(y), int(x)
-    lowest, since = np.inf, 0
-    whole = 0
-    count = 0
+    lowest, since, whole, count = np.inf, 0, 0, 0
     while True:
         if count == out.shape[0]:
             return -1
@@ -57,17 +58,15 @@ def descend(u: Any, stride: int, x: float, y: float, out: Any) -> int:
                 whole, since = 2 * PATIENCE, 0
         if 2 * count > out.shape[0]:
             whole = 1  # enough of wandering: whole cells only get lower
-        moved = False
+        nx, ny = x, y
         if whole == 0:
             gx, gy = _slope(u, stride, x, y)
-            size = np.hypot(gx, gy)
-            if size > 0.0:
-                nx, ny = x - STEP * gx / size, y - STEP * gy / size
-                i, j = int(np.floor(ny)), int(np.floor(nx))
-                moved = _may(u, stride, cell, i - row, j - column)
-        if moved:
-            x, y = _within(nx, j), _within(ny, i)
+            size = max(np.hypot(gx, gy), TINY)
+            nx, ny = x - STEP * gx / size, y - STEP * gy / size
+        i, j = int(np.floor(ny)), int(np.floor(nx))
+        if (nx != x or ny != y) and _may(u, stride, cell, i - row, j - column):
             row, column = i, j
+            x, y = _within(nx, j), _within(ny, i)
         else:
             whole = max(whole - 1, 0)
             di, dj = _steepest(u, stride, cell)
@@ -165,63 +164,65 @@ def tighten(points: Any, c: Any, ahead: int, out: Any) -> int:
 
 
 @kernel()
-def bend(points: Any, c: Any, step: float, half: int, out: Any) -> float:
+def bend(points: Any, c: Any, step: float, half: int, least: float, out: Any) -> float:
     """Move every inner point sideways so that the whole path costs least, all at once.
 
-    Each point may go to 2 half + 1 places on a line across the path; a dynamic programme over all
-    pairs of neighbouring places finds the cheapest choice. Staying is one of them, so that the path
-    never gets dearer.
+    Each point may go to 2 half + 1 places on a line across the path; a dynamic programme over
+    pairs of places of neighbouring points, no more than `half` places apart, finds the cheapest
+    choice. Staying is one of them, so that the path never gets dearer.
 
     Args:
         points: The path (k, 2).
         c: Cost per cell (h, w), inf where blocked.
         step: Distance between places [cells].
         half: Places on either side.
+        least: Cost per cell that no cell undercuts.
         out: The new path (k, 2).
 
     Returns:
         Its cost.
     """
     n, places = points.shape[0], 2 * half + 1
-    total = np.full(places, np.inf)
-    following = np.empty(places)
+    total, following = np.full(places, np.inf), np.empty(places)
     came = np.zeros((n, places), np.int8)
     total[half] = 0.0
-    px, py = points[0, 0], points[0, 1]
-    pnx, pny = 0.0, 0.0
+    px, py, pnx, pny = points[0, 0], points[0, 1], 0.0, 0.0
     for k in range(1, n):
-        x, y = points[k, 0], points[k, 1]
-        nx, ny = 0.0, 0.0
-        if k < n - 1:
-            dx, dy = points[k + 1, 0] - points[k - 1, 0], points[k + 1, 1] - points[k - 1, 1]
-            size = np.hypot(dx, dy)
-            if size > 0.0:
-                nx, ny = -dy / size * step, dx / size * step
+        nx, ny = _across(points, k, step)
         following[:] = np.inf
+        guess = half
         for b in range(places):
             if b != half and nx == 0.0 and ny == 0.0:
                 continue
-            qx, qy = x + (b - half) * nx, y + (b - half) * ny
-            for a in range(places):
-                if total[a] < following[b]:
-                    sx, sy = px + (a - half) * pnx, py + (a - half) * pny
+            qx, qy = points[k, 0] + (b - half) * nx, points[k, 1] + (b - half) * ny
+            first, last = max(b - half, 0), min(b + half, places - 1)
+            for turn in range(-1, last - first + 1):  # the likeliest place first: it rules out most
+                a = first + turn if turn >= 0 else min(max(guess, first), last)
+                sx, sy = px + (a - half) * pnx, py + (a - half) * pny
+                if total[a] + least * np.hypot(qx - sx, qy - sy) < following[b]:
                     cost = total[a] + piece(sx, sy, qx, qy, c)
                     if cost < following[b]:
                         following[b] = cost
                         came[k, b] = a
+            guess = came[k, b]
         total[:] = following
-        px, py, pnx, pny = x, y, nx, ny
+        px, py, pnx, pny = points[k, 0], points[k, 1], nx, ny
     b = half
-    least = total[half]
     for back in range(n):
         k = n - 1 - back
-        nx, ny = 0.0, 0.0
-        if 0 < k < n - 1:
-            dx, dy = points[k + 1, 0] - points[k - 1, 0], points[k + 1, 1] - points[k - 1, 1]
-            size = np.hypot(dx, dy)
-            if size > 0.0:
-                nx, ny = -dy / size * step, dx / size * step
+        nx, ny = _across(points, k, step)
         out[k, 0] = points[k, 0] + (b - half) * nx
         out[k, 1] = points[k, 1] + (b - half) * ny
         b = came[k, b]
-    return least
+    return total[half]
+
+
+@kernel(inline=True)
+def _across(points: Any, k: int, step: float) -> tuple[float, float]:
+    """A step across the path at its point k; none at the ends."""
+    if 0 < k < points.shape[0] - 1:
+        dx, dy = points[k + 1, 0] - points[k - 1, 0], points[k + 1, 1] - points[k - 1, 1]
+        size = np.hypot(dx, dy)
+        if size > 0.0:
+            return -dy / size * step, dx / size * step
+    return 0.0, 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -103,29 +103,70 @@ def cost_to_go(costs: CostMap, goal: Any, *, order: int = 1) -> Field:
     return travel_time(costs, goal, order=order)
 
 
+class Limits(NamedTuple):
+    """Where a march ends and what it leaves out.
+
+    Attributes:
+        goal: Local point [m]; go only as far as its cost is sure; or None.
+        beyond: How much further to go, as a share of that cost.
+        rest: What comes on top of the cost, flat, or None ...
+        most: ... and the sum above which cells are left out [unit per metre times cells].
+    """
+
+    goal: Point | None = None
+    beyond: float = 0.0
+    rest: F32 | None = None
+    most: float = np.inf
+
+
+EVERYWHERE = Limits()
+
+
 def march(
-    costs: CostMap, seeds: F64, *, second: bool, goal: Point | None = None, margin: float = 0.0
+    costs: CostMap,
+    seeds: F64,
+    limits: Limits = EVERYWHERE,
+    *,
+    second: bool = False,
+    grid: F32 | None = None,
 ) -> F32:
-    """The flat values of a field; with a goal [m] only as far as the goal needs."""
-    h, w = costs.frame.shape
-    stride = w + 2 * k.RING
-    grid = np.full((h + 2 * k.RING, stride), np.inf, np.float32)
-    grid[k.RING : -k.RING, k.RING : -k.RING] = costs.cost
-    f = read_only(grid.ravel())
-    room = max(4096, grid.size // 16)
+    """The flat values of a field.
+
+    Args:
+        costs: The map.
+        seeds: Local points (k, 2) [m].
+        limits: Where to end.
+        second: Whether to second order.
+        grid: The costs to go by, with their ring, if not all of the map's.
+    """
+    stride = costs.frame.shape[1] + 2 * k.RING
+    f = read_only((ringed(costs) if grid is None else grid).ravel())
+    room = max(4096, f.size // 16)
     slice_ = max(costs.least, 2.0 * costs.most / SLICES)
-    end = -1
-    if goal is not None:
-        row, column = costs.frame.cell_of(*goal)
-        end = (row + k.RING) * stride + column + k.RING
-    how = k.March(stride, slice_, end, second, np.inf)
+    end = flat_index(costs, limits.goal) if limits.goal is not None else -1
+    how = k.March(stride, slice_, end, limits.beyond, second, limits.most)
+    rest = np.empty(0, np.float32) if limits.rest is None else limits.rest
     while True:
-        u = np.full(grid.size, np.inf, np.float32)
+        u = np.full(f.size, np.inf, np.float32)
         first = _seed(costs, seeds, u, stride)
-        ring = queue(int((1.5 * costs.most + 8 * costs.most) / slice_) + 4, room)
-        if k.march(f, u, first, ring, how, np.empty(0, np.float32)) != k.FULL:
+        ring = queue(int((1.5 + 2.0 * REACH) * costs.most / slice_) + 4, room)
+        if k.march(f, u, first, ring, how, rest) != k.FULL:
             return u
         room *= 4
+
+
+def flat_index(costs: CostMap, point: Point) -> int:
+    """Where the cell of a local point [m] lies in a flat field."""
+    row, column = costs.frame.cell_of(*point)
+    return (row + k.RING) * (costs.frame.shape[1] + 2 * k.RING) + column + k.RING
+
+
+def ringed(costs: CostMap) -> F32:
+    """The costs of a map with a ring of inf around."""
+    h, w = costs.frame.shape
+    grid = np.full((h + 2 * k.RING, w + 2 * k.RING), np.inf, np.float32)
+    grid[k.RING : -k.RING, k.RING : -k.RING] = costs.cost
+    return grid
 
 
 def _seed(costs: CostMap, seeds: F64, u: F32, stride: int) -> Any:

@@ -6,17 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from ..core import F64, read_only
+from ..core import F32, read_only
 from ..kernels import grid_paths as k
 from ..kernels.buckets import queue
+from ..kernels.marching import RING
 from ._costs import CostMap
 from ._ends import Point, check_point, enclosed, judge_ends
+from ._field import ringed
 from ._route import Route
 
-RING = 1
 SLICES = 1 << 20
 """Slices of a queue at most: 8 MB."""
-SHARE = 0.25
+SHARE = 0.5
 """Width of a slice, of the smallest step: towards a goal sums of cost and bound grow slowly."""
 
 
@@ -63,16 +64,23 @@ def _middle(costs: CostMap, point: Point) -> Point:
 class GridSearch:
     """Exact searches over one map: one, or with `again` many, for which room is allocated once.
 
+    `grid` holds the costs to go by, with their ring, if not all of the map's.
+
     Attributes:
         cost: What the last path costs [unit per metre times cells].
         taken: Cells that the last search took out of its queue.
     """
 
-    def __init__(self, costs: CostMap, *, corners: bool = False, again: bool = False) -> None:
-        h, w = costs.frame.shape
-        self._stride = w + 2 * RING
-        grid = np.full((h + 2 * RING, self._stride), np.inf, np.float32)
-        grid[RING:-RING, RING:-RING] = costs.cost
+    def __init__(
+        self,
+        costs: CostMap,
+        *,
+        corners: bool = False,
+        again: bool = False,
+        grid: F32 | None = None,
+    ) -> None:
+        grid = ringed(costs) if grid is None else grid
+        self._stride = grid.shape[1]
         self._grid = read_only(grid.ravel())
         self._distance = np.full(grid.size, np.inf)
         self._touched = np.zeros(grid.size + 1 if again else 1, np.int32)
@@ -86,7 +94,7 @@ class GridSearch:
 
     def path(self, start: tuple[int, int], goal: tuple[int, int]) -> Any:
         """Rows and columns (k, 2) of the cells of a cheapest way; None where there is none."""
-        how, first, last = self._search(start, goal)
+        how, last = self._search(start, goal)
         self.cost = float(self._distance[last])
         if not self.cost < np.inf:
             return None
@@ -102,13 +110,13 @@ class GridSearch:
 
     def distance(self, start: tuple[int, int], goal: tuple[int, int]) -> float:
         """What the cheapest way costs [unit per metre times cells]; inf where there is none."""
-        _how, _first, last = self._search(start, goal)
+        _how, last = self._search(start, goal)
         self.cost = float(self._distance[last])
         return self.cost
 
-    def _search(self, start: tuple[int, int], goal: tuple[int, int]) -> tuple[k.Search, int, int]:
+    def _search(self, start: tuple[int, int], goal: tuple[int, int]) -> tuple[k.Search, int]:
         first, last = self._flat(start), self._flat(goal)
-        how = k.Search(self._stride, self._slice, last, self._least, self._corners)
+        how = k.how(self._stride, self._slice, last, self._least, corners=self._corners)
         while True:
             self._forget()
             self._distance[first] = 0.0
@@ -117,7 +125,7 @@ class GridSearch:
                 self._grid, self._distance, seeds, self._queue, how, self._touched
             )
             if self.taken != k.FULL:
-                return how, first, last
+                return how, last
             self._room *= 4
             self._queue = queue(self._queue.head.size, self._room)
 
