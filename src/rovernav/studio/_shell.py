@@ -78,22 +78,20 @@ def _page(session: Session, others: list[Session]) -> None:
         panels = ui.tab_panels(tabs, value=session.tab, animated=False).classes("w-full")
     ui.skip_link("Skip to the content", target=main)
     tabs.bind_value(session, "tab")
-    built: set[str] = set()
-
-    def build(name: str) -> None:
-        if name in built:
-            return
-        built.add(name)
-        tab = next(tab for tab in TABS if tab.name == name)
-        with panels, ui.tab_panel(name):
-            tab.build(session)
-
-    build(session.tab if session.tab in {tab.name for tab in TABS} else TABS[0].name)
-    tabs.on_value_change(lambda event: build(event.value) if event.value in _names() else None)
+    _build_when_seen(session, tabs, panels)
 
 
-def _names() -> set[str]:
-    return {tab.name for tab in TABS}
+def _build_when_seen(session: Session, tabs: ui.tabs, panels: ui.tab_panels) -> None:
+    """Build a tab's content when it is first turned to."""
+    waiting = {tab.name: tab for tab in TABS}
+
+    def build(name: object) -> None:
+        if isinstance(name, str) and name in waiting:
+            with panels, ui.tab_panel(name):
+                waiting.pop(name).build(session)
+
+    build(session.tab)
+    tabs.on_value_change(lambda event: build(event.value))
 
 
 def _others(session: Session, others: list[Session]) -> None:
