@@ -60,7 +60,14 @@ def pages(sessions: Sessions) -> None:
         return None
 
 
+def _stumble(error: Exception) -> None:
+    """A defect of ours: the page lives on, the terminal shows where."""
+    ui.notify(f"A defect of rovernav: {type(error).__name__}: {error}", type="negative",
+              position="top", timeout=10000, close_button="OK")  # fmt: skip
+
+
 def _page(session: Session, others: list[Session]) -> None:
+    ui.on_exception(_stumble)
     ui.add_css(style())
     ui.colors(primary="#0072B2", secondary="#5b6875", accent="#CC79A7", positive="#009E73",
               negative="#C44E00", info="#0072B2", warning="#E69F00")  # fmt: skip
