@@ -54,11 +54,14 @@ class Piece:
     whole: Frame
 
 
-def piece_of(terrain: Terrain, window: Window | None = None) -> Piece:
-    """The cells of `terrain` within `window` [m], all of it by default."""
+def piece_of(terrain: Terrain, window: Window | None = None, *, pixels: int = PIXELS) -> Piece:
+    """The cells of `terrain` within `window` [m], all of it by default, thinned to `pixels`."""
     cell, (h, w) = terrain.frame.cell, terrain.frame.shape
     west, south, east, north = window or (0.0, 0.0, w * cell, h * cell)
-    rows, columns = _cells(south, north, cell, h), _cells(west, east, cell, w)
+    rows, columns = (
+        _cells(south, north, cell, h, pixels),
+        _cells(west, east, cell, w, pixels),
+    )
     step = max(rows.step, columns.step)
     rows, columns = slice(rows.start, rows.stop, step), slice(columns.start, columns.stop, step)
     height = np.ascontiguousarray(terrain.height[rows, columns])
@@ -80,8 +83,45 @@ def piece_of(terrain: Terrain, window: Window | None = None) -> Piece:
 
 def draw_relief(axes: Axes, piece: Piece, *, tinted: bool = True) -> Any:
     """Draw shaded relief; returns what a colour bar of elevation [m] needs."""
-    from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
+
+    image, norm, tint = _coloured(piece, tinted=tinted)
+    axes.imshow(image, origin="lower", extent=piece.extent, interpolation="nearest", zorder=0)
+    return ScalarMappable(norm, tint)
+
+
+def relief_pixels(
+    terrain: Terrain,
+    *,
+    window: Window | None = None,
+    standing: Standing | None = None,
+    pixels: int = PIXELS,
+) -> tuple[U8, Window]:
+    """Shaded relief with forbidden ground on it, as colours, in the manner of the pictures.
+
+    Args:
+        terrain: The ground.
+        window: Which part [m]; all by default.
+        standing: Where a rover could stand, drawn by reason.
+        pixels: Cells along a side above which some are left out.
+
+    Returns:
+        Colours (h, w, 3) with row 0 in the north, and the part that they show: west, south, east,
+        north [m].
+    """
+    piece = piece_of(terrain, window, pixels=pixels)
+    image, _, _ = _coloured(piece)
+    if standing is not None:
+        over, _ = _forbidden(piece, standing)
+        image = image * (1.0 - over[..., 3:]) + over[..., :3] * over[..., 3:]
+    west, east, south, north = piece.extent
+    colours = np.round(255.0 * image[::-1]).astype(np.uint8)
+    return np.ascontiguousarray(colours), (west, south, east, north)
+
+
+def _coloured(piece: Piece, *, tinted: bool = True) -> tuple[F64, Any, Any]:
+    """Colours (h, w, 3) from 0 to 1, row 0 south, and the scale and tint of the elevation."""
+    from matplotlib import colormaps
     from matplotlib.colors import ListedColormap, Normalize
 
     pale = 0.58 + 0.42 * colormaps[TINT](np.linspace(0.0, 1.0, 256))[:, :3]
@@ -92,12 +132,18 @@ def draw_relief(axes: Axes, piece: Piece, *, tinted: bool = True) -> Any:
     colour = tint(norm(piece.height))[..., :3] if tinted else np.full((*piece.shade.shape, 3), 0.95)
     image = np.clip(colour * _contrast(piece.shade)[..., None], 0.0, 1.0)
     image[~np.isfinite(piece.height)] = [int(NOTHING[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-    axes.imshow(image, origin="lower", extent=piece.extent, interpolation="nearest", zorder=0)
-    return ScalarMappable(norm, tint)
+    return image, norm, tint
 
 
 def draw_forbidden(axes: Axes, piece: Piece, standing: Standing) -> list[Reason]:
     """Draw where the rover must keep off, by reason; returns the reasons that occur."""
+    image, found = _forbidden(piece, standing)
+    axes.imshow(image, origin="lower", extent=piece.extent, interpolation="nearest", zorder=1)
+    return found
+
+
+def _forbidden(piece: Piece, standing: Standing) -> tuple[F64, list[Reason]]:
+    """Colours with opacity (h, w, 4) of forbidden ground, row 0 south, and why it is."""
     from matplotlib.colors import to_rgba
 
     if standing.reason.shape != piece.whole.shape:
@@ -110,15 +156,14 @@ def draw_forbidden(axes: Axes, piece: Piece, standing: Standing) -> list[Reason]
     for why in found:
         colour, opacity, _ = WHY[why]
         image[reason == why] = to_rgba(colour, opacity)
-    axes.imshow(image, origin="lower", extent=piece.extent, interpolation="nearest", zorder=1)
-    return found
+    return image, found
 
 
-def _cells(low: float, high: float, cell: float, count: int) -> slice:
-    """The cells that cover `low` to `high` [m], at least three, thinned to `PIXELS`."""
+def _cells(low: float, high: float, cell: float, count: int, pixels: int) -> slice:
+    """The cells that cover `low` to `high` [m], at least three, thinned to `pixels`."""
     first = min(max(0, math.floor(low / cell)), max(0, count - 3))
     last = max(min(count, math.ceil(high / cell)), min(first + 3, count))
-    return slice(first, last, max(1, math.ceil((last - first) / PIXELS)))
+    return slice(first, last, max(1, math.ceil((last - first) / pixels)))
 
 
 def _contrast(shade: F32) -> F64:

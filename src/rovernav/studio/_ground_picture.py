@@ -6,10 +6,11 @@ import dataclasses
 import math
 import threading
 from collections import OrderedDict
+from html import escape
 from typing import Any, final
 
 from ..rover import Rover
-from ..show import relief_pixels
+from ..show import WHY, relief_pixels
 from ._drive_map import View, Window
 from ._drive_world import Surfaces, World
 from ._raster import data_uri, png
@@ -74,3 +75,12 @@ class GroundPictures:
             return ""
         z = float(terrain.elevation_at(x, y))
         return f", {z:.2f} m high" if math.isfinite(z) else ", no data"
+
+    @staticmethod
+    def legend(rover: Rover) -> str:
+        """What the colours on the ground mean."""
+        shown = [(colour, words) for colour, _, words in WHY.values()]
+        if rover.is_point:
+            shown = shown[:-1]
+        items = "".join(f'<span><i style="background:{c}"></i>{w}</span>' for c, w in shown)
+        return f"<span>Forbidden to {escape(rover.name)}:</span>{items}"
