@@ -90,21 +90,21 @@ class Studio:
 
 
 @contextlib.contextmanager
-def running(*words: str | Path, library: Path | None = None) -> Iterator[Studio]:
+def running(*words: str | Path, port: int = 0, library: Path | None = None) -> Iterator[Studio]:
     """A studio on any free port, in an empty working folder."""
     with tempfile.TemporaryDirectory() as parent:
         folder = Path(parent)
         work = folder / "work"
         work.mkdir()
         library = library or folder / "library.sqlite3"
-        command = [sys.executable, "-m", "rovernav", "studio", "--port", "0", "--no-browser"]
-        command += ["--library", str(library), *map(str, words)]
+        command = [sys.executable, "-m", "rovernav", "studio", "--no-browser"]
+        command += ["--port", str(port), "--library", str(library), *map(str, words)]
         with (folder / "errors.txt").open("w") as errors:
             process = subprocess.Popen(
                 command, stdout=subprocess.PIPE, stderr=errors, text=True, cwd=work,
                 env=os.environ | {"PYTHONUNBUFFERED": "1"},
             )  # fmt: skip
-        watchdog = threading.Timer(300, process.kill)
+        watchdog = threading.Timer(900, process.kill)
         watchdog.start()
         try:
             assert process.stdout is not None

@@ -103,7 +103,7 @@ def _build_when_seen(session: Session, tabs: ui.tabs, panels: ui.tab_panels) -> 
 
 def _others(session: Session, others: list[Session]) -> None:
     """A menu of the sessions that this browser has open or left at work."""
-    with ui.button(icon="tab", color=None).props("flat dense round").mark("sessions"):
+    with ui.button(icon="tab", color=None).props('flat dense round aria-label="Sessions"'):
         ui.tooltip("Sessions")
         with ui.menu().props("auto-close"):
             ui.menu_item("Begin a fresh session in a new tab",

@@ -180,7 +180,7 @@ class _Grid:
 def _small(words: str, action: Callable[[], None], label: str) -> None:
     ui.button(words, icon="add", on_click=action, color=None).props(
         f'flat dense no-caps size=sm aria-label="{label}"'
-    )
+    ).mark(f"add-{words}")
 
 
 def _cross(action: Callable[[], None], label: str) -> None:
