@@ -25,8 +25,11 @@ from rovernav.studio._drive_world import Obstacle, World
 from tests.cli.runner import run as run_cli
 from tests.cli.runner import write_ground
 
-SMALL = {"ground": "hills", "made": (("side_m", 20.0), ("relief_m", 1.0), ("craters", 0))}
-ACROSS = {"start": (4.0, 10.0), "goal": (16.0, 10.0)}
+SMALL: dict[str, Any] = {
+    "ground": "hills",
+    "made": (("side_m", 20.0), ("relief_m", 1.0), ("craters", 0)),
+}
+ACROSS: dict[str, Any] = {"start": (4.0, 10.0), "goal": (16.0, 10.0)}
 
 
 class Kept:
@@ -99,7 +102,7 @@ def test_an_obstacle_drawn_across_the_way_is_met_and_undone(model: DriveModel) -
 
 @pytest.mark.parametrize("kind", ["box", "polygon"])
 def test_a_driver_with_beams_goes_round_what_is_drawn(model: DriveModel, kind: str) -> None:
-    model.set_world(World(**SMALL, **ACROSS))  # pyright: ignore[reportArgumentType]
+    model.set_world(World(**SMALL, **ACROSS))
     model.choose(["neural"])
     numbers = (9.0, 9.0, 11.0, 12.0) if kind == "box" else (9, 9, 11, 9, 11, 12, 9, 12)
     model.draw(kind, numbers)
@@ -139,7 +142,7 @@ def test_a_rover_that_does_not_fit_is_exchanged_with_a_word(model: DriveModel) -
 
 
 def test_pausing_holds_the_drive_and_going_on_ends_it_the_same(model: DriveModel) -> None:
-    model.set_world(World(**SMALL, **ACROSS))  # pyright: ignore[reportArgumentType]
+    model.set_world(World(**SMALL, **ACROSS))
     model.choose(["neural"])
     driven(model)
     whole = model.runs[0].trace
@@ -166,7 +169,7 @@ def test_pausing_holds_the_drive_and_going_on_ends_it_the_same(model: DriveModel
 
 
 def test_a_drive_that_is_started_anew_gives_up_the_old_one(model: DriveModel, kept: Kept) -> None:
-    model.set_world(World(**SMALL, **ACROSS))  # pyright: ignore[reportArgumentType]
+    model.set_world(World(**SMALL, **ACROSS))
     model.choose(["planner"])
     for _ in range(3):
         model.drive()
@@ -176,7 +179,8 @@ def test_a_drive_that_is_started_anew_gives_up_the_old_one(model: DriveModel, ke
 
 
 def test_any_moment_can_be_looked_at(model: DriveModel) -> None:
-    model.set_world(World(**{**SMALL, "made": (("side_m", 20.0),)}, **ACROSS), settle=True)  # type: ignore[arg-type]
+    rough = (("side_m", 20.0), ("relief_m", 1.5))
+    model.set_world(World(ground="hills", made=rough, **ACROSS), settle=True)
     model.choose(["neural"])
     driven(model)
     (run,) = model.runs
@@ -235,7 +239,7 @@ def test_the_command_line_gives_the_same_trace(
     model: DriveModel, kept: Kept, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ground: str
 ) -> None:
     if ground == "hills":
-        world = World(**SMALL, **ACROSS, rocks=0.02, seed=5)  # pyright: ignore[reportArgumentType]
+        world = World(**SMALL, **ACROSS, rocks=0.02, seed=5)
         model.set_world(world, settle=True)
     elif ground == "upload":
         data = write_ground(tmp_path / "g.tif").read_bytes()
@@ -342,7 +346,7 @@ def test_obstacles_are_bounded_in_number(model: DriveModel) -> None:
 def test_absurd_numbers_are_refused_with_a_sentence(
     model: DriveModel, fields: dict[str, Any]
 ) -> None:
-    model.set_world(World(**SMALL, **ACROSS))  # pyright: ignore[reportArgumentType]
+    model.set_world(World(**SMALL, **ACROSS))
     before = model.world
     with pytest.raises(RovernavError) as caught:
         model.change(settle=True, **fields)
@@ -355,7 +359,7 @@ def test_ends_where_the_rover_cannot_stand_are_refused_with_the_reason(model: Dr
         model.place("goal", 5.0, 0.0)
     model.place("goal", 10.0, 1.0)
     assert model.world.goal == (10.0, 1.0)
-    model.set_world(World(**SMALL, **ACROSS))  # pyright: ignore[reportArgumentType]
+    model.set_world(World(**SMALL, **ACROSS))
     model.draw("circle", (10.0, 10.0, 1.0))
     with pytest.raises(SettingError, match="an obstacle is there"):
         model.place("start", 10.2, 10.0)
@@ -416,7 +420,7 @@ def test_a_controller_that_cannot_drive_is_told_beside_those_that_can(kept: Kept
     model.choose(["train", "bassil"])
     driven(model)
     assert [run.pick.key for run in model.runs] == ["bassil"]
-    assert model.refused == [(Pick("train", "Train tab's network"), "this network drives nothing")]
+    assert model.refused == [(Pick("train", "Train tab"), "this network drives nothing")]
     model.close()
 
 

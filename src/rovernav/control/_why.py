@@ -103,9 +103,9 @@ def said(command: Command) -> str:
     """A command in words."""
     forward, left, turn = command.twist[0].tolist()
     parts = [f"drive {'forward' if forward >= 0 else 'backward'} at {abs(forward):.2f} m/s"]
-    if left:
+    if abs(left) >= 0.005:
         parts.append(f"{'left' if left > 0 else 'right'} at {abs(left):.2f} m/s")
-    if turn:
+    if abs(turn) >= math.radians(0.5):
         parts.append(f"turn {'left' if turn > 0 else 'right'} at {math.degrees(abs(turn)):.0f}°/s")
     return f"the command is: {', '.join(parts)}."
 

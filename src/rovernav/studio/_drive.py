@@ -25,7 +25,7 @@ from ._drive_run import DriveRun, Entry, Pick
 from ._drive_world import Obstacle, Surfaces, World, checked, flat_worlds
 from ._playback import Playback
 
-LIVE = Pick("train", "Train tab's network")
+LIVE = Pick("train", "Train tab")
 SLICE = 0.02
 """Work between two looks at whether to go on [s]."""
 MOST_PICKS = 8
@@ -191,7 +191,7 @@ class DriveModel:
         """Everyone who could drive, by key: words for each."""
         named = {key: f"{key}: {words}" for key, words in controller_names().items()}
         uploads = {key: pick.label for key, pick in self.uploads.items()}
-        return {LIVE.key: f"{LIVE.label}, as it is now", **named, **uploads}
+        return {LIVE.key: "The Train tab's network, as it is now", **named, **uploads}
 
     def choose(self, keys: Sequence[str]) -> None:
         """Let these drive.

@@ -95,18 +95,16 @@ def world_from(
     try:
         data = dict(settings["world"])
         file = data.pop("file")
-        world = World(
-            **{
-                **data,
-                "made": tuple(sorted(data["made"].items())),
-                "start": tuple(data["start"]),
-                "goal": tuple(data["goal"]),
-                "obstacles": tuple(
-                    Obstacle(str(each["kind"]), tuple(map(float, each["numbers"])))
-                    for each in data["obstacles"]
-                ),
-            }
-        )
+        changed: dict[str, Any] = {
+            "made": tuple(sorted(data["made"].items())),
+            "start": tuple(data["start"]),
+            "goal": tuple(data["goal"]),
+            "obstacles": tuple(
+                Obstacle(str(each["kind"]), tuple(map(float, each["numbers"])))
+                for each in data["obstacles"]
+            ),
+        }
+        world = World(**{**data, **changed})
         key = str(settings["key"])
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise SettingError(f"these are not the settings of a drive: {error!r}") from None

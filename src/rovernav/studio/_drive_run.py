@@ -222,8 +222,8 @@ class DriveRun:
             return np.empty((0, 2))
         ranges = np.array([reading[fan.name] for reading in self.readings[:last]])
         points = fan.points(np.array(self.poses[:last]), ranges)
-        cells = np.unique(np.round(points / 0.1).astype(np.int64), axis=0) * 0.1
-        return cells[:: max(1, math.ceil(len(cells) / most))]
+        cells = np.unique(np.round(points / 0.1).astype(np.int64), axis=0)
+        return 0.1 * cells.astype(np.float64)[:: max(1, math.ceil(len(cells) / most))]
 
     def why(self, step: int) -> tuple[Why, DriveState]:
         """Why it decided what it did at a step, and the state after it.

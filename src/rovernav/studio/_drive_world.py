@@ -211,6 +211,10 @@ class Surfaces:
                     self._terrains.popitem(last=False)
             return self._terrains[world.surface]
 
+    def known(self, world: World) -> Terrain | None:
+        """The ground of a world if it has been made already, without waiting for it."""
+        return self._terrains.get(world.surface)
+
     def standing(self, world: World, rover: Rover) -> Standing | None:
         """Where a rover can stand; None on flat ground."""
         terrain = self.terrain(world)

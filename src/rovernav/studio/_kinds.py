@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from ._drive_compare import COLUMNS, compare_drives, drive_png, drive_result
 from ._kept import CURVE, read_curve
 from ._kept_files import initial_and_table, settings_of, training_png, training_trace
 from ._library import Library, Run
@@ -73,10 +74,6 @@ def _training_chart(library: Library, runs: Sequence[Run]) -> dict[str, Any]:
     return overlaid_options(curves)
 
 
-def _drive_result(run: Run) -> str:
-    return str(run.summary.get("outcome", "")).replace("_", " ")
-
-
 def _reopen_drive(session: Session, run: Run) -> None:
     files = {name: session.library.file(run.id, name) for name in run.files}
     session.drive.restore(dict(run.settings), files)
@@ -105,14 +102,10 @@ KINDS: dict[str, RunKind] = {
         label="Drives",
         icon="explore",
         tab="Drive",
-        result=_drive_result,
-        columns={
-            "controller": "controller",
-            "outcome": "outcome",
-            "length_m": "length [m]",
-            "time_s": "time [s]",
-        },
-        made={},
+        result=drive_result,
+        columns=COLUMNS,
+        made={"drive.png": drive_png},
         reopen=_reopen_drive,
+        compare=compare_drives,
     ),
 }

@@ -85,9 +85,10 @@ class Library:
         if path.exists() and not path.is_file():
             raise FileError(f"{path} is no file; name a file for the library")
         with self._open() as connection:
-            connection.execute("PRAGMA journal_mode = WAL")
             connection.execute("BEGIN IMMEDIATE")  # two studios may be started at once
             _prepare(connection, path)
+        with self._open() as connection:  # now that it is known to be ours
+            connection.execute("PRAGMA journal_mode = WAL")
 
     def add(
         self,

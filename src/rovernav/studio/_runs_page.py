@@ -65,7 +65,7 @@ class _RunsTab:
         self.seen = None
         self._refresh()
 
-    def _filter(self, event: events.ValueChangeEventArguments) -> None:
+    def _filter(self, event: events.ValueChangeEventArguments[Any]) -> None:
         self.desk.kind = event.value if event.value in KINDS else None
         self.desk.page = 1
         self._now()
@@ -104,7 +104,7 @@ class _RunsTab:
                     "rn-note"
                 )
 
-    def _turn(self, event: events.ValueChangeEventArguments) -> None:
+    def _turn(self, event: events.ValueChangeEventArguments[Any]) -> None:
         if isinstance(event.value, int):
             self.desk.page = event.value
             self._now()
@@ -218,7 +218,9 @@ class _RunsTab:
 
     async def _fetch(self, make: Callable[[], bytes], name: str) -> None:
         try:
-            ui.download.content(await run.io_bound(make), name)
+            data = await run.io_bound(make)
+            if data is not None:  # None: the studio is being stopped
+                ui.download.content(data, name)
         except RovernavError as error:
             refuse(str(error))
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from ._desk import TableDesk
 from ._drive import DriveModel
+from ._lessons import LessonsModel
 from ._library import Library
 from ._options import Options
 from ._runs_desk import RunsDesk
@@ -44,6 +45,7 @@ class Session:
         """Which inputs vary in the pictures of the answers."""
         self.worked, self.worked_rule = 0, "paper"
         """Where the worked example stands."""
+        self.lessons = LessonsModel()
         self.drive = DriveModel(current_network=self.train.driver, keep=self.keep)
         for path in options.terrain:
             self.drive.offer_terrain(path, options.cell)

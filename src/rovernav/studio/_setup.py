@@ -10,7 +10,14 @@ from typing import Any
 import numpy as np
 
 from ..core import PatternError, SettingError, ShapeError, suggest, value
-from ..learn import OnlineSettings, Patterns, check_fit, paper_network, seeded_network
+from ..learn import (
+    OnlineSettings,
+    Patterns,
+    Training,
+    check_fit,
+    paper_network,
+    seeded_network,
+)
 from ..nets import (
     Network,
     default_activations,
@@ -63,7 +70,11 @@ class Setup:
                 f"the paper's weights are for a {topology_text(PAPER)} network, this one is "
                 f"{topology_text(self.topology)}; choose seeded ones"
             )
-        check_fit(self.initial(), self.table)
+        initial = self.initial()
+        check_fit(initial, self.table)
+        Training.fresh(initial)  # raises where it cannot be trained here
+        if not np.isfinite(initial.parameters).all():
+            raise SettingError("a network to train needs finite weights; this one has others")
 
     @property
     def topology(self) -> tuple[int, ...]:

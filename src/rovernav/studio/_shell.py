@@ -60,7 +60,14 @@ def pages(sessions: Sessions) -> None:
         return None
 
 
+def _stumble(error: Exception) -> None:
+    """A defect of ours: the page lives on, the terminal shows where."""
+    ui.notify(f"A defect of rovernav: {type(error).__name__}: {error}", type="negative",
+              position="top", timeout=10000, close_button="OK")  # fmt: skip
+
+
 def _page(session: Session, others: list[Session]) -> None:
+    ui.on_exception(_stumble)
     ui.add_css(style())
     ui.colors(primary="#0072B2", secondary="#5b6875", accent="#CC79A7", positive="#009E73",
               negative="#C44E00", info="#0072B2", warning="#E69F00")  # fmt: skip
@@ -78,27 +85,25 @@ def _page(session: Session, others: list[Session]) -> None:
         panels = ui.tab_panels(tabs, value=session.tab, animated=False).classes("w-full")
     ui.skip_link("Skip to the content", target=main)
     tabs.bind_value(session, "tab")
-    built: set[str] = set()
-
-    def build(name: str) -> None:
-        if name in built:
-            return
-        built.add(name)
-        tab = next(tab for tab in TABS if tab.name == name)
-        with panels, ui.tab_panel(name):
-            tab.build(session)
-
-    build(session.tab if session.tab in {tab.name for tab in TABS} else TABS[0].name)
-    tabs.on_value_change(lambda event: build(event.value) if event.value in _names() else None)
+    _build_when_seen(session, tabs, panels)
 
 
-def _names() -> set[str]:
-    return {tab.name for tab in TABS}
+def _build_when_seen(session: Session, tabs: ui.tabs, panels: ui.tab_panels) -> None:
+    """Build a tab's content when it is first turned to."""
+    waiting = {tab.name: tab for tab in TABS}
+
+    def build(name: object) -> None:
+        if isinstance(name, str) and name in waiting:
+            with panels, ui.tab_panel(name):
+                waiting.pop(name).build(session)
+
+    build(session.tab)
+    tabs.on_value_change(lambda event: build(event.value))
 
 
 def _others(session: Session, others: list[Session]) -> None:
     """A menu of the sessions that this browser has open or left at work."""
-    with ui.button(icon="tab", color=None).props("flat dense round").mark("sessions"):
+    with ui.button(icon="tab", color=None).props('flat dense round aria-label="Sessions"'):
         ui.tooltip("Sessions")
         with ui.menu().props("auto-close"):
             ui.menu_item("Begin a fresh session in a new tab",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from nicegui import events, run, ui
 
@@ -163,10 +164,12 @@ class _TrainTab:
             axes = self._axes()
             state = self.train.state()
             view = await run.io_bound(train_view, state, self.session.shown, axes)
-            options = curve_options(state, view)
         finally:
             self.busy = False
+        if view is None:  # the studio is being stopped
+            return
         self.seen = mark
+        options = curve_options(state, view)
         self._show(view, state.said)
         self.chart.options.clear()
         self.chart.options.update(options)
@@ -207,7 +210,7 @@ class _TrainTab:
     def _toggle(self) -> None:
         self._do(self.train.pause if self.train.running else self.train.start)
 
-    def _speed(self, event: events.ValueChangeEventArguments) -> None:
+    def _speed(self, event: events.ValueChangeEventArguments[Any]) -> None:
         self._do(lambda: self.train.choose_speed(event.value))
 
     def _do(self, action: Callable[[], object]) -> None:

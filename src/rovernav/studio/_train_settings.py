@@ -83,7 +83,7 @@ def _number(session: Session, name: str, label: str, help_text: str) -> Callable
 def _choice(
     session: Session, name: str, options: list[str], label: str, helps: dict[str, str]
 ) -> Callable[[], None]:
-    def choose(event: events.ValueChangeEventArguments) -> None:
+    def choose(event: events.ValueChangeEventArguments[Any]) -> None:
         if event.value != getattr(session.train.setup.settings, name):
             _change(session, **{name: event.value})
         tip.text = helps.get(str(event.value), "")
@@ -194,7 +194,7 @@ def _weights(session: Session) -> Callable[[], None]:
             found["given"] = "from a file or by hand"
         return found
 
-    def choose(event: events.ValueChangeEventArguments) -> None:
+    def choose(event: events.ValueChangeEventArguments[Any]) -> None:
         if event.value is not None and event.value != session.train.setup.weights:
             _change(session, weights=event.value)
 

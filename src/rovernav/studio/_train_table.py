@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from nicegui import events, ui
 
@@ -38,7 +39,7 @@ def table_card(session: Session, on_shown: Callable[[], None]) -> Callable[[], N
         desk.load_csv(name, data)
         refresh()
 
-    def choose(event: events.ValueChangeEventArguments) -> None:
+    def choose(event: events.ValueChangeEventArguments[Any]) -> None:
         if event.value in shipped_tables() and event.value != train.setup.shipped:
             act(lambda: desk.load_shipped(event.value))()
 
@@ -112,7 +113,7 @@ class _Grid:
             )
             ui.label(f"{rows:,} patterns").classes("rn-note")
 
-    def _turn(self, event: events.ValueChangeEventArguments) -> None:
+    def _turn(self, event: events.ValueChangeEventArguments[Any]) -> None:
         if isinstance(event.value, int):
             self.session.page = event.value
             self.refresh()
@@ -179,7 +180,7 @@ class _Grid:
 def _small(words: str, action: Callable[[], None], label: str) -> None:
     ui.button(words, icon="add", on_click=action, color=None).props(
         f'flat dense no-caps size=sm aria-label="{label}"'
-    )
+    ).mark(f"add-{words}")
 
 
 def _cross(action: Callable[[], None], label: str) -> None:

@@ -200,7 +200,7 @@ _ENDS = {
 def _status(state: State) -> tuple[str, str]:
     if state.running:
         return "Training", "run"
-    if state.training.stop in _ENDS:
+    if state.training.stop is not None and state.training.stop in _ENDS:
         return _ENDS[state.training.stop]
     return ("Paused", "") if state.training.updates else ("Ready", "")
 

@@ -19,13 +19,13 @@ from ..learn import (
     advance,
     describe,
     paper_training,
-    progress,
     shipped_patterns,
     step_patterns,
     train,
 )
 from ..nets import Network
-from ._curve import Curve, Point, TracePane
+from ._attempt import Attempt
+from ._curve import Point, TracePane
 from ._kept import Kept, keep_training
 from ._pace import SPEEDS, Pace
 from ._setup import Setup, changed, learns_differently, parse_hidden, starts_elsewhere
@@ -60,18 +60,18 @@ class TrainModel:
             settings=settings,
             weights="paper",
         )
-        self._curve = Curve()
+        self._said = self._kept = ""
+        self._run = Attempt(self._setup.initial(), self._setup.weights, table)
         self._before: tuple[Point, ...] = ()
-        self._begin(self._setup.initial(), self._setup.weights)
 
     def state(self) -> State:
         """What there is to see now."""
         with self._lock:
             return State(
                 setup=self._setup,
-                training=self._now,
+                training=self._run.now,
                 running=self._running,
-                curve=self._curve.points,
+                curve=self._run.curve.points,
                 before=self._before,
                 trace=self._trace.lines if self._trace else (),
                 said=self._said,
@@ -98,12 +98,12 @@ class TrainModel:
     @property
     def network(self) -> Network:
         """The network as it is now."""
-        return self._now.network
+        return self._run.now.network
 
     def driver(self) -> Network:
         """The network as it is now, with a card: codec, names, how it was trained."""
         with self._lock:
-            return describe(self._now, self._setup.table, self._setup.settings)
+            return describe(self._run.now, self._setup.table, self._setup.settings)
 
     @property
     def tracing(self) -> bool:
@@ -129,23 +129,8 @@ class TrainModel:
             elif learns_differently(old, new):
                 self._branch()
             else:
-                self._soften(old.settings, new.settings)
+                self._end_elsewhere(old.settings, new.settings)
             self._touch()
-
-    def set_weight(self, index: int, weight: float) -> None:
-        """Change one weight by hand.
-
-        Raises:
-            SettingError: There is no such weight, or that is no finite number.
-        """
-        with self._lock:
-            weights = self._now.network.parameters.copy()
-            if not 0 <= index < len(weights):
-                raise SettingError(f"there is no weight number {index}")
-            if not np.isfinite(weight):
-                raise SettingError(f"a weight must be a finite number, got {weight}")
-            weights[index] = weight
-            self.set_weights(weights)
 
     def set_weights(self, weights: F64) -> None:
         """Change all weights by hand: a new run begins with them.
@@ -156,7 +141,7 @@ class TrainModel:
         with self._lock:
             if not np.isfinite(weights).all():
                 raise SettingError("every weight must be a finite number")
-            given = self._now.network.with_parameters(np.array(weights, dtype=np.float64))
+            given = self._run.now.network.with_parameters(np.array(weights, dtype=np.float64))
             self.change(weights="given", given=given)
 
     def preset(self, choices: Mapping[str, Any]) -> None:
@@ -166,7 +151,7 @@ class TrainModel:
             InputError: A name there is not, or a value that is not allowed; nothing has changed.
         """
         wanted = dict(choices)
-        speed = wanted.pop("speed", self.speed)
+        speed = _speed(wanted.pop("speed", self.speed))
         if "table" in wanted and isinstance(wanted["table"], str):
             wanted.update(shipped=wanted["table"], table=shipped_patterns(wanted["table"]))
         if isinstance(wanted.get("hidden"), str):
@@ -187,9 +172,7 @@ class TrainModel:
         Raises:
             SettingError: It is none of `SPEEDS`.
         """
-        if speed not in SPEEDS:
-            raise SettingError(f"unknown speed {speed!r}; {suggest(str(speed), SPEEDS)}")
-        self._pace.choose(speed)
+        self._pace.choose(_speed(speed))
 
     def trace(self, on: bool) -> None:
         """Write down every weight as it changes, or no longer; it makes training slower."""
@@ -197,28 +180,21 @@ class TrainModel:
             if on != self.tracing:
                 self._trace = TracePane() if on else None
                 if self._running:  # a new thread, with or without recorder
-                    self.pause()
+                    self._halt()
                     self.start()
                 self._touch()
 
     def start(self) -> None:
         """Train in the background until it ends or is paused; a running one goes on."""
         with self._lock:
-            if self._running:
+            if self._running or not self._may_go_on():
                 return
-            if self._now.stop is StopReason.DIVERGED:
-                self._said = "It diverged: choose a smaller eta or momentum, then reset."
-                self._touch()
-                return
-            self._now = dataclasses.replace(self._now, stop=None)
-            self._said = ""
             self._running = True
             self._generation += 1
-            self._pace.begin(self._now.epoch)
-            thread = threading.Thread(
-                target=self._run, args=(self._generation,), daemon=True, name="training"
-            )
-            thread.start()
+            self._pace.begin(self._run.now.epoch)
+            threading.Thread(
+                target=self._work, args=(self._generation,), daemon=True, name="training"
+            ).start()
             self._touch()
 
     def pause(self) -> None:
@@ -229,11 +205,11 @@ class TrainModel:
 
     def step_pattern(self) -> None:
         """Present the next pattern and change the weights once."""
-        self._step(lambda now, *rest, **more: step_patterns(now, *rest, 1, **more))
+        self._step(step_patterns)
 
     def step_epoch(self) -> None:
         """Present all patterns once, or those that are left of an epoch that was begun."""
-        self._step(lambda now, *rest, **more: advance(now, *rest, 1, **more))
+        self._step(advance)
 
     def reset(self) -> None:
         """Back to the initial weights."""
@@ -249,11 +225,11 @@ class TrainModel:
             SettingError: It has not begun, or stands within an epoch.
         """
         with self._lock:
-            if self._now.pattern:
+            if self._run.now.pattern:
                 raise SettingError("finish the epoch first, with a step of one epoch")
-            if not self._now.updates:
+            if not self._run.now.updates:
                 raise SettingError("there is nothing to keep before the first epoch")
-            kept = self._snapshot()
+            kept = self._run.snapshot(self._setup)
         name = keep_training(self._keep, kept)
         with self._lock:
             self._kept = name
@@ -266,28 +242,21 @@ class TrainModel:
 
     def _begin(self, network: Network, weights: str) -> None:
         """A run from these weights; the curve of the one before stays as a shadow."""
-        if len(self._curve.points) > 1:
-            self._before = self._curve.points
-        self._initial, self._weights = network, weights
-        self._now = self._boundary = Training.fresh(network)
-        self._seconds = 0.0
-        self._exact = True
+        if len(self._run.curve.points) > 1:
+            self._before = self._run.curve.points
+        self._run = Attempt(network, weights, self._setup.table)
         self._said = self._kept = ""
-        self._done = -1
-        self._curve = Curve()
         if self._trace is not None:
             self._trace = TracePane()
-        self._generation += 1
-        self._look()
 
     def _branch(self) -> None:
         """Go on from the present weights as a run of its own."""
-        if not self._now.updates:
-            self._begin(self._setup.initial(), self._setup.weights)
-            return
         running = self._running
         self._halt()
-        self._begin(self._now.network, "given")
+        if self._run.now.updates:
+            self._begin(self._run.now.network, "given")
+        else:
+            self._begin(self._run.initial, self._run.weights)
         if running:
             self.start()
 
@@ -297,83 +266,89 @@ class TrainModel:
         self._generation += 1
         self._pace.hurry()
 
-    def _soften(self, old: OnlineSettings, new: OnlineSettings) -> None:
-        """Another end: a run from the beginning might now end earlier than this one stands."""
+    def _end_elsewhere(self, old: OnlineSettings, new: OnlineSettings) -> None:
         if (old.tolerance, old.epochs) == (new.tolerance, new.epochs):
             return
-        if self._now.updates and (new.tolerance > old.tolerance or new.epochs < old.epochs):
-            self._exact = False
-        if self._now.stop in (StopReason.TOLERANCE, StopReason.EPOCHS):
-            self._now = dataclasses.replace(self._now, stop=None)
+        self._run.soften(old, new)
         if self._running:  # the thread holds the old settings
             self._halt()
             self.start()
 
+    def _may_go_on(self) -> bool:
+        """Whether there is a way on; one that diverged has none."""
+        if self._run.now.stop is StopReason.DIVERGED:
+            self._said = "It diverged: choose a smaller eta or momentum, then reset."
+            self._touch()
+            return False
+        self._run.go_on()
+        self._said = ""
+        return True
+
     def _step(self, step: Callable[..., Training]) -> None:
         with self._lock:
-            if self._running:
-                self.pause()
-            if self._now.stop is StopReason.DIVERGED:
-                self._said = "It diverged: choose a smaller eta or momentum, then reset."
-                self._touch()
+            self._halt()
+            if not self._may_go_on():
                 return
-            now = dataclasses.replace(self._now, stop=None)
             recorder = self._record if self.tracing else None
-            after = step(now, self._setup.table, self._setup.settings, recorder=recorder)
-            self._said = ""
-            self._commit(after)
-            self._look()
-            kept = self._snapshot() if self._ended() else None
+            table, settings = self._setup.table, self._setup.settings
+            self._commit(step(self._run.now, table, settings, 1, recorder=recorder))
+            self._run.look(table)
+            kept = self._run.snapshot(self._setup) if self._run.ended else None
             self._touch()
         if kept is not None:
             self._finish(kept)
 
-    def _run(self, generation: int) -> None:
+    def _work(self, generation: int) -> None:
         """The thread: the same loop as everywhere, watched and paced."""
         with self._lock:
-            begun, setup = self._now, self._setup
-            recorder = self._recorder(generation) if self.tracing else None
+            attempt, setup = self._run, self._setup
+            begun, traced = attempt.now, self.tracing
+        waiting: list[tuple[int, np.ndarray, F64]] = []
         began = time.perf_counter()
 
         def on_event(event: Progress) -> bool:
             with self._lock:
                 if generation != self._generation:
                     return False
-                self._curve.add(event)
+                attempt.curve.add(event)
                 self._touch()
             return self._pace.wait(event, lambda: generation == self._generation)
 
         def on_step(training: Training) -> None:
             with self._lock:
                 if generation == self._generation:
+                    for part in waiting:
+                        self._record(*part)
                     self._commit(training)
+            waiting.clear()
 
         try:
             ended = train(
-                begun, setup.table, setup.settings,
-                on_event=on_event, recorder=recorder, on_step=on_step,
+                begun, setup.table, setup.settings, on_event=on_event, on_step=on_step,
+                recorder=(lambda *part: waiting.append(part)) if traced else None,
             )  # fmt: skip
+            said = ""
         except (RovernavError, MemoryError) as error:
-            ended, said = None, str(error)
+            ended, said = None, str(error) or "not enough memory"
         with self._lock:
+            attempt.seconds += time.perf_counter() - began
             if generation != self._generation:
                 return
-            self._seconds += time.perf_counter() - began
             self._running = False
-            if ended is None:
-                self._said = said
-            else:
+            self._said = said
+            if ended is not None:
                 self._commit(ended)
-            kept = self._snapshot() if self._ended() else None
+            kept = attempt.snapshot(setup) if attempt.ended else None
             self._touch()
         if kept is not None:
             self._finish(kept)
 
     def _finish(self, kept: Kept) -> None:
         """Keep the finished run, once."""
-        if self._done == kept.training.updates:
-            return
-        self._done = kept.training.updates
+        with self._lock:
+            if self._run.kept_at == kept.training.updates:
+                return
+            self._run.kept_at = kept.training.updates
         try:
             name, said = keep_training(self._keep, kept), ""
         except RovernavError as error:  # a full disk loses the record, not the training
@@ -382,50 +357,24 @@ class TrainModel:
             self._kept, self._said = name, said or self._said
             self._touch()
 
-    def _ended(self) -> bool:
-        return self._now.stop is not None and self._now.updates > 0
-
-    def _snapshot(self) -> Kept:
-        return Kept(
-            setup=self._setup,
-            initial=self._initial,
-            weights=self._weights,
-            training=self._now,
-            curve=self._curve.points,
-            exact=self._exact,
-            seconds=self._seconds,
-        )
-
     def _commit(self, training: Training) -> None:
-        """Where it stands now; a run that diverges within an epoch goes back to its beginning."""
-        if training.stop is StopReason.INTERRUPTED:
-            training = dataclasses.replace(training, stop=None)
-        if training.stop is StopReason.DIVERGED and training.pattern:
-            training = dataclasses.replace(self._boundary, stop=StopReason.DIVERGED)
+        self._run.commit(training)
         if training.stop is StopReason.DIVERGED:
             self._said = "It diverged: a weight became infinite. The last good network is kept."
-        if not training.pattern:
-            self._boundary = training
-        self._now = training
-
-    def _look(self) -> None:
-        """A point of the curve for where it stands."""
-        self._curve.add(progress(self._now, self._setup.table, 0.0))
 
     def _record(self, epoch: int, patterns: np.ndarray, weights: F64) -> None:
         if self._trace is not None:
             self._trace.add(epoch, patterns, weights, len(self._setup.table.x))
 
-    def _recorder(self, generation: int) -> Callable[[int, np.ndarray, F64], None]:
-        def record(epoch: int, patterns: np.ndarray, weights: F64) -> None:
-            with self._lock:
-                if generation == self._generation:
-                    self._record(epoch, patterns, weights)
-
-        return record
-
     def _touch(self) -> None:
         self._version += 1
+
+
+def _speed(name: Any) -> str:
+    """Raise `SettingError` unless it is one of `SPEEDS`."""
+    if name not in SPEEDS:
+        raise SettingError(f"unknown speed {name!r}; {suggest(str(name), SPEEDS)}")
+    return name
 
 
 def warm_up() -> None:

@@ -1,0 +1,319 @@
+"""The left column of the Drive tab: the world, the rover, who drives, what was drawn."""
+
+from __future__ import annotations
+
+import dataclasses
+import random
+from collections.abc import Awaitable, Callable
+from functools import partial
+from html import escape
+from typing import Any, final
+
+from nicegui import run, ui
+
+from ..core import RovernavError
+from ..scenes import GENERATORS
+from ._drive import MAX_NETWORK, MAX_TERRAIN, MOST_PICKS, DriveModel, rover_names
+from ._drive_map import COLOURS, DASHES
+from ._drive_world import World
+from ._uploads import refuse, upload_button
+
+ROCKS = (0.0, 0.2)
+"""Share of the ground that the rocks slider covers."""
+NICE = {
+    "bassil-v1": "The paper's scene",
+    "bassil-mirrored-v1": "The paper's scene, mirrored obstacle",
+    "bassil-free-v1": "The paper's scene, no obstacle",
+}
+"""Kinder names for some worlds; others are shown by their own."""
+
+
+@final
+class SetupPanel:
+    """World, rover, controllers, obstacles.
+
+    Args:
+        model: What they set up.
+        changed: Called when the world is another, to draw it anew.
+    """
+
+    def __init__(self, model: DriveModel, changed: Callable[[], Awaitable[None]]) -> None:
+        self.model, self._changed = model, changed
+        self._filling = False
+
+    def build(self) -> None:
+        """Build the column in the present container."""
+        with ui.column().classes("rn-card w-full"):
+            ui.label("World").classes("rn-title")
+            self.ground = ui.select(self._grounds(), on_change=self._choose_ground).props(
+                'dense options-dense outlined aria-label="World"'
+            ).classes("w-full").mark("world")  # fmt: skip
+            self.made = ui.column().classes("w-full gap-1")
+            with ui.row().classes("w-full items-center gap-1 no-wrap"):
+                upload_button("GeoTIFF", kinds=(".tif", ".tiff"), limit=MAX_TERRAIN,
+                              on_file=self._take_terrain)  # fmt: skip
+                self.cell = ui.number("cell [m]", min=0.01, max=1e6, step=0.1).props(
+                    "dense clearable").classes("w-24")  # fmt: skip
+                self.cell.tooltip("Only for a GeoTIFF that does not say how large its cells are")
+        with ui.column().classes("rn-card w-full"):
+            ui.label("Who drives").classes("rn-title")
+            self.picks = ui.column().classes("w-full gap-0")
+            upload_button("Network file", kinds=(".safetensors",), limit=MAX_NETWORK,
+                          on_file=self._take_network)  # fmt: skip
+            self.rover = ui.select(rover_names(), label="Rover", on_change=self._choose_rover)
+            self.rover.props("dense options-dense outlined").classes("w-full").mark("rover")
+        with ui.column().classes("rn-card w-full"):
+            self._ends_and_obstacles()
+        self.fill()
+
+    def _ends_and_obstacles(self) -> None:
+        with ui.row().classes("w-full items-center no-wrap"):
+            ui.label("Start, goal and obstacles").classes("rn-title")
+            ui.space()
+            for icon, words, do in (
+                ("undo", "Undo", self.model.undo),
+                ("redo", "Redo", self.model.redo),
+                ("delete_sweep", "Delete all obstacles", self._clear),
+            ):
+                ui.button(icon=icon, color=None, on_click=self._doing(do)).props(
+                    f'flat dense round size=sm aria-label="{words}"'
+                ).tooltip(words).mark(words.split()[0].lower())  # fmt: skip
+        with ui.row().classes("w-full no-wrap gap-1"):
+            self.numbers = {
+                name: ui.number(name, step=0.1, format="%.2f", on_change=self._type_ends)
+                .props("dense debounce=500").classes("col").mark(name.replace(" ", "-"))
+                for name in ("start x", "start y", "goal x", "goal y")
+            }  # fmt: skip
+        self.obstacles = ui.column().classes("w-full gap-0 rnd-scroll")
+        with ui.expansion("Add by numbers", icon="add").props("dense").classes("w-full rnd-add"):
+            self._by_numbers()
+
+    def _by_numbers(self) -> None:
+        kinds = {"box": "rectangle: x0, y0, x1, y1", "circle": "circle: x, y, radius",
+                 "polygon": "polygon: x, y, x, y, …"}  # fmt: skip
+        kind = ui.select(kinds, value="circle").props("dense options-dense").classes("w-full")
+        text = ui.input(placeholder="6, 0, 1.5").props("dense").classes("w-full").mark("numbers")
+
+        async def add() -> None:
+            try:
+                numbers = [float(part) for part in (text.value or "").split(",")]
+            except ValueError:
+                refuse("write numbers joined by commas, like 6, 0, 1.5")
+                return
+            await self._doing(lambda: self.model.draw(kind.value, numbers))()
+
+        kind.mark("kind")
+        text.on("keydown.enter", add)
+        ui.button("Add", on_click=add).props("dense unelevated").mark("add")
+
+    def fill(self) -> None:
+        """Show the world as it is."""
+        self._filling = True
+        world = self.model.world
+        self.ground.set_options(self._grounds(), value=self._ground_key(world))
+        self.rover.value = world.rover
+        for name, value in zip(self.numbers, (*world.start, *world.goal), strict=True):
+            self.numbers[name].value = round(value, 3)
+        self._fill_made(world)
+        self._fill_obstacles(world)
+        self.fill_picks()
+        self._filling = False
+
+    def fill_picks(self) -> None:
+        """Show who could drive, and in which colour those will who were chosen."""
+        self.picks.clear()
+        with self.picks:
+            for key, words in self.model.controllers().items():
+                with ui.row().classes("w-full items-center no-wrap gap-1"):
+                    chosen = key in self.model.picked
+                    ui.checkbox(words, value=chosen,
+                                on_change=lambda e, k=key: self._choose(k, bool(e.value))).props(
+                        "dense size=xs").classes("rnd-pick").mark(f"pick-{key}")  # fmt: skip
+                    ui.space()
+                    if chosen:
+                        ui.html(swatch(self.model.picked.index(key)))
+
+    def _fill_made(self, world: World) -> None:
+        self.made.clear()
+        if world.flat:
+            return
+        with self.made:
+            with ui.row().classes("w-full items-center no-wrap gap-1"):
+                self.seed = ui.number("Seed", value=world.seed, min=0, precision=0, step=1,
+                                      on_change=self._type_seed).props(
+                    "dense debounce=500").classes("col").mark("seed")  # fmt: skip
+                ui.button(icon="casino", color=None, on_click=self._dice).props(
+                    'flat dense round aria-label="Another seed"'
+                ).tooltip("Another seed").mark("dice")  # fmt: skip
+            if world.ground in GENERATORS:
+                self._sliders(world)
+            _slider("Rocks: share of the ground", world.rocks, (*ROCKS, 0.01),
+                    lambda v: self._later(rocks=v if v >= 0.005 else 0.0))  # fmt: skip
+
+    def _sliders(self, world: World) -> None:
+        settings = GENERATORS[world.ground](**dict(world.made))
+        for key, field in type(settings).model_fields.items():
+            low, high = (_bound(field, name) for name in ("ge", "le"))
+            if field.title is None or low is None or high is None:
+                continue
+            value = getattr(settings, key)
+            step = 1 if isinstance(value, int) else _step(low, high)
+            _slider(field.title, value, (low, min(high, _NARROW.get(key, high)), step),
+                    partial(self._make, key, isinstance(value, int)))  # fmt: skip
+
+    async def _make(self, key: str, whole: bool, value: float) -> None:
+        made = {**dict(self.model.world.made), key: int(value) if whole else float(value)}
+        await self._later(made=tuple(sorted(made.items())))
+
+    async def _later(self, **fields: Any) -> None:
+        """Change the ground away from the page's own thread, start and goal moved if need be."""
+        await self._away(lambda: self.model.change(settle=True, **fields))
+
+    async def _away(self, do: Callable[[], object]) -> None:
+        try:
+            await run.io_bound(do)
+        except RovernavError as error:
+            refuse(str(error))
+        self.fill()
+        await self._changed()
+
+    def _doing(self, do: Callable[[], object]) -> Callable[[], Awaitable[None]]:
+        async def act() -> None:
+            try:
+                do()
+            except RovernavError as error:
+                refuse(str(error))
+            self.fill()
+            await self._changed()
+
+        return act
+
+    def _clear(self) -> None:
+        self.model.change(obstacles=())
+
+    def _fill_obstacles(self, world: World) -> None:
+        self.obstacles.clear()
+        with self.obstacles:
+            for i, each in enumerate(world.obstacles):
+                with ui.row().classes("w-full items-center no-wrap gap-1"):
+                    ui.label(each.words).classes("rn-note ellipsis")
+                    ui.space()
+                    ui.button(icon="close", color=None,
+                              on_click=self._doing(lambda i=i: self.model.delete(i))).props(
+                        f'flat dense round size=xs aria-label="Delete {escape(each.words)}"'
+                    ).mark(f"delete-{i}")  # fmt: skip
+
+    def _grounds(self) -> dict[str, str]:
+        flat = {f"flat:{name}": NICE.get(name, name) for name in self.model.flat}
+        made = {f"made:{name}": f"Generated {name}" for name in GENERATORS}
+        files = {f"file:{name}": name for name in self.model.files}
+        own = {} if self._ground_key(self.model.world) != "own" else {"own": "Flat, your own"}
+        return {**own, **flat, **made, **files}
+
+    def _ground_key(self, world: World) -> str:
+        if world.ground == "file":
+            return f"file:{world.title}"
+        if not world.flat:
+            return f"made:{world.ground}"
+        plain = dataclasses.replace(world, rover="")
+        same = (name for name, scene in self.model.flat.items() if scene == plain)
+        return next((f"flat:{name}" for name in same), "own")
+
+    async def _choose_ground(self, event: Any) -> None:
+        if self._filling or event.value in (None, "own"):
+            return
+        kind, _, name = event.value.partition(":")
+        model, rover = self.model, self.model.world.rover
+
+        def choose() -> None:
+            if kind == "flat":
+                world = model.flat[name]
+            elif kind == "made":
+                world = World(ground=name, seed=model.world.seed, **_corners(name))
+            else:
+                world = model.file_world(name)
+            model.set_world(dataclasses.replace(world, rover=rover), settle=kind != "flat")
+
+        await self._away(choose)
+
+    async def _choose_rover(self, event: Any) -> None:
+        if not self._filling:
+            await self._away(lambda: self.model.change(rover=event.value or "", settle=True))
+
+    async def _type_ends(self) -> None:
+        values = [number.value for number in self.numbers.values() if number.value is not None]
+        if self._filling or len(values) < len(self.numbers):
+            return
+        world = self.model.world
+        wanted = {"start": (values[0], values[1]), "goal": (values[2], values[3])}
+        for end, point in wanted.items():
+            if max(abs(a - b) for a, b in zip(point, getattr(world, end), strict=True)) > 1e-3:
+                await self._doing(lambda end=end, p=point: self.model.place(end, *p))()
+
+    async def _type_seed(self, event: Any) -> None:
+        if not self._filling and event.value is not None:
+            await self._later(seed=int(event.value))
+
+    async def _dice(self) -> None:
+        await self._later(seed=random.SystemRandom().randrange(10_000))
+
+    async def _choose(self, key: str, chosen: bool) -> None:
+        keys = [k for k in self.model.picked if k != key] + ([key] if chosen else [])
+        await self._doing(lambda: self.model.choose(keys[-MOST_PICKS:]))()
+
+    def _take_terrain(self, name: str, data: bytes) -> None:
+        async def take() -> None:
+            def read() -> None:
+                shown = self.model.upload_terrain(name, data, cell=self.cell.value)
+                self.model.set_world(self.model.file_world(shown), settle=True)
+
+            await self._away(read)
+
+        ui.timer(0.0, take, once=True)
+
+    def _take_network(self, name: str, data: bytes) -> None:
+        key = self.model.upload_network(name, data)
+        self.model.choose([*self.model.picked, key][-MOST_PICKS:])
+        self.fill_picks()
+
+
+def swatch(number: int) -> str:
+    """The colour and dash of a track."""
+    return (
+        f'<svg width="34" height="10" aria-hidden="true"><line x1="1" y1="5" x2="33" y2="5" '
+        f'stroke="var(--rn-{COLOURS[number % 8]})" stroke-width="4" '
+        f'stroke-dasharray="{DASHES[number % 8]}"/></svg>'
+    )
+
+
+_NARROW = {"side_m": 200.0, "cell_m": 1.0, "relief_m": 20.0, "craters": 150}
+"""Sliders stop here, where ground is quickly made; files and numbers may say more."""
+
+
+def _corners(name: str) -> dict[str, Any]:
+    """Start and goal across a generated ground, a fifth of its side in."""
+    side = GENERATORS[name]().side_m
+    return {"start": (0.2 * side, 0.2 * side), "goal": (0.8 * side, 0.8 * side)}
+
+
+def _slider(
+    words: str, value: float, bounds: tuple[float, float, float], do: Callable[[float], Any]
+) -> None:
+    low, high, step = bounds
+    with ui.row().classes("w-full items-center no-wrap gap-2"):
+        ui.label(words).classes("rn-note rnd-slider-name")
+        slider = ui.slider(min=low, max=high, step=step, value=value).props(
+            f'label dense aria-label="{escape(words)}"'
+        ).classes("col")  # fmt: skip
+        slider.on("change", lambda event: do(float(event.args)))
+        slider.mark(words.split(":")[0].lower())
+        ui.label().bind_text_from(slider, "value", lambda v: f"{v:.3g}").classes("rn-num rn-note")
+
+
+def _bound(field: Any, name: str) -> float | None:
+    found = [getattr(each, name) for each in field.metadata if hasattr(each, name)]
+    return found[0] if found else None
+
+
+def _step(low: float, high: float) -> float:
+    return 0.05 if high - low <= 2 else 0.5 if high - low <= 100 else 5.0
