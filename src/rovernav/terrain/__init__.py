@@ -3,13 +3,14 @@
 from ._elevation import Terrain
 from ._hills import add_crater, hills
 from ._reading import read_terrain
-from ._relief import hillshade, ledge_height, slope, slope_over, step_height
+from ._relief import gradient_over, hillshade, ledge_height, slope, slope_over, step_height
 from ._rocks import Rocks, rock_cover, scatter_rocks, with_rocks
 
 __all__ = [
     "Rocks",
     "Terrain",
     "add_crater",
+    "gradient_over",
     "hills",
     "hillshade",
     "ledge_height",

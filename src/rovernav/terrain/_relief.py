@@ -35,10 +35,16 @@ def slope_over(terrain: Terrain, length: float) -> F32:
     square has an odd number of cells, at least 3 x 3 and at most what the grid holds; NaN where
     one of its heights is missing.
     """
+    p, q = gradient_over(terrain, length)
+    return np.arctan(np.hypot(p, q))
+
+
+def gradient_over(terrain: Terrain, length: float) -> tuple[F32, F32]:
+    """Rise per metre to the east and to the north, each (h, w), of the planes of `slope_over`."""
     reach = _reach(length, terrain)
     p, q = _inside(terrain, reach), _inside(terrain, reach)
     k.plane(terrain.height, terrain.frame.cell, reach, p, q)
-    return _to_the_edge(np.arctan(np.hypot(p, q)), reach)
+    return _to_the_edge(p, reach), _to_the_edge(q, reach)
 
 
 def step_height(terrain: Terrain) -> F32:
