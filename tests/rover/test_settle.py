@@ -111,7 +111,7 @@ def test_shifting_turning_and_mirroring_the_world(name: str) -> None:
     assert (stands.error < 1e-6).sum() >= 55
     calm = stands.error < 1e-6
     wide = ground(np.pad(terrain.height.astype(float), ((7, 0), (4, 0)), mode="edge"), cell)
-    shifted = settle(surface(wide, rover), rows + [4 * cell, 7 * cell, 0.0])
+    shifted = settle(surface(wide, rover), rows + np.array([4 * cell, 7 * cell, 0.0]))
     quarter = np.stack([extent - rows[:, 1], rows[:, 0], rows[:, 2] + math.pi / 2], axis=1)
     after = settle(surface(turned(terrain), rover), quarter)
     flipped = ground(terrain.height[::-1].astype(float), cell)

@@ -153,7 +153,7 @@ def relative(chassis: F64, h: F64, sides: F64, box: F64) -> tuple[float, ...]:
     """Bounds of the body against the plane from bounds of wheel heights `h` (6, 2).
 
     Writes the joints' rows of `box` and all of `sides` (2, 6, 2). Returns the ends of A and B of
-    the body against the plane, of g cos(mean a), the largest rocker angle, and 1 if all is in reach.
+    the body against the plane, of g cos(mean a), the largest rocker angle, then 1 if in reach.
     """
     track = chassis[s.TRACK]
     if chassis[s.KIND] == RIGID:

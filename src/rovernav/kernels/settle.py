@@ -145,13 +145,16 @@ def attitude(chassis: F64, h: F64, across: float) -> tuple[float, ...]:
             shrink = np.sqrt(_REACH / (up_x * up_x + up_y * up_y))
             up_x, up_y = up_x * shrink, up_y * shrink
         return up_x, up_y, z, 0.0, 0.0, 0.0, reach
+    g = np.sqrt(1.0 - across * across)
+    sin_l, cos_l, bogie_l, left = _side(chassis, h, 0, g)
+    sin_r, cos_r, bogie_r, right = _side(chassis, h, 3, g)
     for _ in range(40):
-        g = np.sqrt(1.0 - across * across)
-        sin_l, cos_l, bogie_l, left = _side(chassis, h, 0, g)
-        sin_r, cos_r, bogie_r, right = _side(chassis, h, 3, g)
         before, across = across, _rise(left, right, chassis[TRACK])
         if abs(across - before) < 1e-13:
             break
+        g = np.sqrt(1.0 - across * across)
+        sin_l, cos_l, bogie_l, left = _side(chassis, h, 0, g)
+        sin_r, cos_r, bogie_r, right = _side(chassis, h, 3, g)
     lost = _out_of_reach(chassis, h, 0, g) or _out_of_reach(chassis, h, 3, g)
     reach = 0.0 if lost or abs(across) >= _REACH else 1.0
     face = chassis[FACE]

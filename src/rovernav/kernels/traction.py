@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from ._jit import kernel
 
+F32: TypeAlias = NDArray[np.float32]
 F64: TypeAlias = NDArray[np.float64]
 I64: TypeAlias = NDArray[np.int64]
 
@@ -112,3 +113,31 @@ def drive_all(p: F64, q: F64, ex: F64, ey: F64, soil: I64, table: F64, out: F64)
         out[k, 4] = stretch / time
         out[k, 5] = energy / time if time < np.inf else np.nan
         out[k, 6], out[k, 7], out[k, 8] = energy, time, code
+
+
+@kernel()
+def drive_layer(
+    p: F32, q: F32, heading: tuple[float, float], table: F64, soil: int, slip: F32, energy: F32
+) -> None:
+    """Slip and energy [J per metre of map] for every cell (h, w); a heading of (0, 0) is uphill."""
+    ex, ey = heading
+    for i in range(p.shape[0]):
+        for j in range(p.shape[1]):
+            a, b = np.float64(p[i, j]), np.float64(q[i, j])
+            if ex == 0.0 and ey == 0.0:
+                a, b = np.sqrt(a * a + b * b), 0.0
+                cost, _, lost, _, _ = drive_edge(a, b, 1.0, 0.0, table, soil)
+            else:
+                cost, _, lost, _, _ = drive_edge(a, b, ex, ey, table, soil)
+            slip[i, j], energy[i, j] = lost, cost
+
+
+@kernel()
+def lean(p: F32, q: F32, heading: tuple[float, float], pitch: F32, roll: F32) -> None:
+    """Pitch and roll [rad] of a body flush with the ground, for every cell (h, w)."""
+    ex, ey = heading
+    for i in range(p.shape[0]):
+        for j in range(p.shape[1]):
+            along, across = p[i, j] * ex + q[i, j] * ey, q[i, j] * ex - p[i, j] * ey
+            pitch[i, j] = np.arctan(along)
+            roll[i, j] = np.arctan(across / np.sqrt(1.0 + along * along))

@@ -2,6 +2,7 @@
 
 from ._bound import Bound, bound
 from ._chassis import Chassis
+from ._hazards import Hazards, Layer, hazards
 from ._mobility import Mobility
 from ._model import Rover
 from ._reading import presets, read_rover
@@ -14,6 +15,8 @@ __all__ = [
     "Bound",
     "Chassis",
     "DriveCost",
+    "Hazards",
+    "Layer",
     "Mobility",
     "Pose",
     "Reason",
@@ -26,6 +29,7 @@ __all__ = [
     "cheapest",
     "drive_cost",
     "drive_table",
+    "hazards",
     "presets",
     "read_rover",
     "read_soil",

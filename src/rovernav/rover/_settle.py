@@ -10,7 +10,7 @@ import numpy as np
 from ..core import F32, F64, U8, Frame, InputError, ShapeError, value
 from ..kernels import settle as k
 from ..kernels.surface import wheel_centres
-from ..terrain import Terrain, gradient_over, ledge_height
+from ..terrain import Terrain, ledge_height, planes_over
 from ._model import Rover
 
 
@@ -68,14 +68,14 @@ def surface(terrain: Terrain, rover: Rover) -> Surface:
     Raises:
         SettingError: The rover has no wheels.
     """
-    chassis = rover.chassis_array()
+    chassis, planes = rover.chassis_array(), planes_over(terrain, rover.footing)
     wheel = np.empty(terrain.frame.shape, np.float32)
     wheel_centres(terrain.height, terrain.frame.cell, rover.wheel_radius, wheel)
     return Surface(
         frame=terrain.frame,
         ground=terrain.height,
         wheel=wheel,
-        gradient=np.stack(gradient_over(terrain, rover.footing)),
+        gradient=np.stack((planes.east, planes.north)),
         step=ledge_height(terrain, within=2.0 * rover.wheel_radius, steeper=rover.max_slope),
         offset=terrain.offset,
         rover=rover,

@@ -96,13 +96,14 @@ def drive_cost(p: Any, q: Any, heading: Any, table: F64, soil: Any = 0) -> Drive
         InputError: A soil that the table does not have.
     """
     p, q, heading, soil = np.broadcast_arrays(p, q, heading, np.asarray(soil, np.int64))
-    if soil.size and not (0 <= soil.min() and soil.max() < len(table)):
+    if soil.size and not (soil.min() >= 0 and soil.max() < len(table)):
         raise InputError(f"soil must be 0 to {len(table) - 1}, a row of the table")
-    flat = [np.ascontiguousarray(a, np.float64).ravel() for a in (p, q)]
+    east = np.ascontiguousarray(p, np.float64).ravel()
+    north = np.ascontiguousarray(q, np.float64).ravel()
     turn = np.asarray(heading, np.float64).ravel()
     out = np.empty((p.size, k.OUT))
     rows = np.ascontiguousarray(soil).ravel()
-    k.drive_all(*flat, np.cos(turn), np.sin(turn), rows, np.ascontiguousarray(table), out)
+    k.drive_all(east, north, np.cos(turn), np.sin(turn), rows, np.ascontiguousarray(table), out)
     columns = {name: out[:, i].reshape(p.shape) for i, name in enumerate(_COLUMNS)}
     code = np.where(np.isnan(out[:, 8]), 0, out[:, 8]).astype(np.uint8).reshape(p.shape)
     return DriveCost(**columns, code=code)

@@ -4,9 +4,17 @@ Nothing here loads the plotting library before a picture is asked for.
 """
 
 from ._drive import draw_drive
+from ._layers import draw_layer
 from ._paper import draw_paper_figure
 from ._terrain import draw_terrain
 from ._training import draw_training
 from ._worlds import draw_worlds
 
-__all__ = ["draw_drive", "draw_paper_figure", "draw_terrain", "draw_training", "draw_worlds"]
+__all__ = [
+    "draw_drive",
+    "draw_layer",
+    "draw_paper_figure",
+    "draw_terrain",
+    "draw_training",
+    "draw_worlds",
+]
