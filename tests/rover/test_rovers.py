@@ -24,6 +24,7 @@ ROBOT: dict[str, Any] = {
     "turn_rate": 1.0,
     "track": 0.3,
 }
+WHEELED = ("curiosity", "jackal", "mer", "perseverance", "research", "sojourner")
 POINT: dict[str, Any] = {
     **ROBOT,
     "drive": "two-axis",
@@ -33,7 +34,7 @@ POINT: dict[str, Any] = {
 
 
 def test_presets_are_listed_and_readable() -> None:
-    assert presets() == ["jackal", "paper-point", "perseverance", "research", "sojourner"]
+    assert presets() == sorted([*WHEELED, "paper-point"])
     for name in presets():
         rover = read_rover(name)
         assert rover.name == name
@@ -63,7 +64,7 @@ def test_units_become_si() -> None:
 
 
 def test_unchecked_numbers_say_so() -> None:
-    for name in ("jackal", "sojourner", "perseverance"):
+    for name in ("curiosity", "jackal", "mer", "sojourner", "perseverance"):
         assert "memory)" in read_rover(name).source
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from ._console import print_json, print_pairs, print_table, progress_bar, say
+from ._judge import Judging, judge
 from ._options import Cell, InFile, Json
 
 if TYPE_CHECKING:
@@ -23,9 +24,35 @@ def inspect(
     /,
     *,
     cell: Cell | None = None,
+    rover: Annotated[
+        str | None,
+        Parameter(help="Judge a terrain for this rover: a preset, or a .yaml file of your own."),
+    ] = None,
+    soil: Annotated[
+        str | None, Parameter(help="Soil for slip and energy; the rover's own if not given.")
+    ] = None,
+    heading: Annotated[
+        float | None,
+        Parameter(
+            allow_leading_hyphen=True,
+            help="Direction of travel, from east towards north [deg]; uphill if not given.",
+        ),
+    ] = None,
+    turns: Annotated[
+        int, Parameter(help="Headings at which to bound tilt and clearance of every cell; slow.")
+    ] = 0,
+    explain: Annotated[
+        bool, Parameter(negative="", help="Say of each layer how it comes about, and whence.")
+    ] = False,
+    layers: Annotated[
+        Path | None, Parameter(help="Folder for a picture of each layer; made if needed.")
+    ] = None,
     json: Json = False,
 ) -> int:
     """Say what a network, trace or terrain file holds.
+
+    With --rover a terrain is judged for that rover: where it can stand, slope, roughness, steps,
+    slip, energy.
 
     Example: rovernav inspect rovernav-paper/network.safetensors
     """
@@ -34,6 +61,12 @@ def inspect(
     kind = _kind(file)
     if cell is not None and kind != "terrain":
         raise SettingError(f"--cell goes only with a .npy terrain; {file} is a {kind}")
+    asked = Judging(rover=rover, soil=soil, heading=heading, turns=turns, pictures=layers)
+    if rover is not None:
+        if kind != "terrain":
+            raise SettingError(f"--rover goes only with a terrain; {file} is a {kind}")
+        return judge(file, cell, asked, explain=explain, json=json)
+    asked.needs_a_rover(explain=explain)
     with progress_bar("reading"):
         report = _READERS[kind](file, cell)
     if json:

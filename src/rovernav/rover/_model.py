@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import Literal, get_args
 
-from ..core import SettingError, suggest, value
+from ..core import F64, SettingError, suggest, value
+from ._chassis import Chassis, chassis_array
+from ._mobility import Mobility
 
 Drive = Literal["differential", "two-axis"]
 
@@ -36,6 +38,10 @@ class Rover:
         track: Distance between left and right wheels [m]; 0 for a point.
         step: Length of one step of a two-axis rover [m]; 0 for others.
         footing: Length of ground over which the rover feels a slope [m].
+        chassis: Wheels, joints and belly, for settling it on the ground. Where a rover with wheels
+            does not say, it gets four wheels at the corners of its footprint and an averaging
+            suspension; None without wheels.
+        mobility: Mass, motors and soil, for slip and energy; None where they are not known.
     """
 
     name: str
@@ -52,6 +58,8 @@ class Rover:
     track: float = 0.0
     step: float = 0.0
     footing: float = 0.0
+    chassis: Chassis | None = None
+    mobility: Mobility | None = None
 
     def _check(self) -> None:
         if self.drive not in get_args(Drive):
@@ -63,6 +71,24 @@ class Rover:
             object.__setattr__(self, "footing", max(self.length, self.width) or POINT_FOOTING)
         for sentence in _contradictions(self):
             raise SettingError(f"rover {self.name}: {sentence}")
+        if self.chassis is None and self.wheel_radius > 0.0 and self.track > 0.0:
+            object.__setattr__(self, "chassis", _corners(self))
+
+    def chassis_array(self) -> F64:
+        """The chassis as the settling kernels take it.
+
+        Raises:
+            SettingError: The rover has no wheels.
+        """
+        if self.chassis is None or self.wheel_radius == 0.0 or self.track == 0.0:
+            raise SettingError(
+                f"rover {self.name} has no wheels to set onto the ground; give wheel_radius_m, "
+                "track_m and a length, or a section chassis"
+            )
+        return chassis_array(
+            self.chassis, radius=self.wheel_radius, track=self.track, clearance=self.clearance,
+            max_step=self.max_step,
+        )  # fmt: skip
 
     @property
     def radius(self) -> float:
@@ -74,6 +100,11 @@ class Rover:
         """Whether the rover has no size."""
         return self.length == 0.0 and self.width == 0.0
 
+
+STATIC_TILT = 45.0 * DEGREE
+"""Where a rover file does not say at which angle it tips over: that of four NASA rovers [rad]."""
+JOINT = 30.0 * DEGREE
+"""Where a rover file does not say how far its joints turn: an assumption [rad]."""
 
 _RANGES = (
     ("length", 0.0, 20.0, "m"),
@@ -120,8 +151,33 @@ def _contradictions(rover: Rover) -> list[str]:
             f"track {rover.track:g} m must not exceed width {rover.width:g} m, which includes "
             "the wheels"
         )
+    if rover.chassis is not None:
+        found.extend(_chassis_contradictions(rover, rover.chassis))
     if rover.drive == "two-axis" and rover.step == 0.0:
         found.append("a two-axis rover needs a positive step; set it")
     if rover.drive == "differential" and (rover.track == 0.0 or rover.turn_rate == 0.0):
         found.append("a differential rover needs a positive track and turn rate; set both")
     return found
+
+
+def _chassis_contradictions(rover: Rover, chassis: Chassis) -> list[str]:
+    if rover.wheel_radius == 0.0 or rover.track == 0.0:
+        return ["a chassis needs a positive wheel radius and track; set both"]
+    long = chassis.wheelbase + 2.0 * rover.wheel_radius
+    if long > rover.length + 1e-9:
+        return [f"wheels reach over {long:g} m, more than the length of {rover.length:g} m"]
+    return []
+
+
+def _corners(rover: Rover) -> Chassis:
+    """Four wheels at the corners of the footprint, for rovers that say no more."""
+    x = 0.5 * rover.length - rover.wheel_radius
+    wide = max(0.0, min(rover.width - rover.track, rover.track))
+    return Chassis(
+        suspension="averaging", wheel_x=(x, -x) if x > 0.0 else (0.01, -0.01), wheel_width=wide,
+        rocker=(0.0, 0.0), bogie=(0.0, 0.0), bogie_wheels="rear",
+        belly_length=2.0 * max(x, 0.0), belly_width=rover.track - wide, belly_x=0.0, mass_x=0.0,
+        max_tilt=rover.max_slope, max_pitch=rover.max_slope, max_roll=rover.max_slope,
+        static_tilt=max(rover.max_slope, STATIC_TILT),
+        max_rocker=JOINT, max_bogie=JOINT,
+    )  # fmt: skip

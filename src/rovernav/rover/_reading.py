@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from ..core import SettingError, build, read_yaml, suggest
-from ._model import DEGREE, Drive, Rover
+from ._chassis import Chassis, End, Suspension
+from ._mobility import Mobility
+from ._model import DEGREE, JOINT, STATIC_TILT, Drive, Rover
 
 _SUFFIXES = (".yaml", ".yml")
 
@@ -50,31 +52,89 @@ def _folder() -> Traversable:
 def _from_yaml(path: Path, *, source: str) -> Rover:
     settings = build(_model(), read_yaml(path, what="rover file"), source=source).model_dump()
     try:
-        return Rover(**dict(_in_si(key, item) for key, item in settings.items()))
+        parts: dict[str, Any] = {
+            "chassis": _part(settings.pop("chassis"), _chassis, settings),
+            "mobility": _part(settings.pop("mobility"), Mobility),
+        }
+        return Rover(**parts, **dict(_in_si(key, item) for key, item in settings.items()))
     except SettingError as error:
         raise SettingError(f"{source}: {error}") from None
+
+
+def _part(section: dict[str, Any] | None, make: Any, *more: Any) -> Any:
+    """A part of the rover from its section of the file, or None without one."""
+    if section is None:
+        return None
+    return make(*more, **dict(_in_si(key, item) for key, item in section.items()))
+
+
+def _chassis(rover: dict[str, Any], /, **section: Any) -> Chassis:
+    """A chassis; limits that the file leaves out are the rover's slope limit, or usual ones."""
+    section["belly_length"], section["belly_width"] = section.pop("belly")
+    slope = rover["max_slope_deg"] * DEGREE
+    usual = {"max_tilt": slope, "max_pitch": slope, "max_roll": slope}
+    usual |= {"static_tilt": max(slope, STATIC_TILT), "max_rocker": JOINT, "max_bogie": JOINT}
+    for name, limit in usual.items():
+        section[name] = limit if section[name] is None else section[name]
+    return Chassis(**section)
 
 
 def _in_si(key: str, item: Any) -> tuple[str, Any]:
     """A key without the unit that ends it, and its number in SI units."""
     for suffix, factor in _UNITS:
         if key.endswith(suffix):
-            return key.removesuffix(suffix), item * factor
+            name = key.removesuffix(suffix)
+            if isinstance(item, list):
+                return name, tuple(part * factor for part in item)
+            return name, None if item is None else item * factor
     return key, item
 
 
-_UNITS = (("_deg_s", DEGREE), ("_m_s", 1.0), ("_deg", DEGREE), ("_m", 1.0))
+_UNITS = (
+    *(("_deg_s", DEGREE), ("_m_s2", 1.0), ("_m_s", 1.0), ("_deg", DEGREE), ("_m", 1.0)),
+    *(("_kg", 1.0), ("_w", 1.0)),
+)
 """How keys end, and what turns that unit into SI; longer ends first."""
 
 
 @functools.cache
 def _model() -> Any:
-    from pydantic import BaseModel, ConfigDict
+    from pydantic import BaseModel, ConfigDict, Field
+
+    strict = ConfigDict(extra="forbid", allow_inf_nan=False, strict=True)
+
+    class ChassisSection(BaseModel):
+        model_config = strict
+        suspension: Suspension
+        wheel_x_m: list[float] = Field(min_length=2, max_length=3)
+        wheel_width_m: float
+        rocker_m: list[float] = Field([0.0, 0.0], min_length=2, max_length=2)
+        bogie_m: list[float] = Field([0.0, 0.0], min_length=2, max_length=2)
+        bogie_wheels: End = "rear"
+        belly_m: list[float] = Field(min_length=2, max_length=2)
+        belly_x_m: float = 0.0
+        mass_x_m: float = 0.0
+        max_tilt_deg: float | None = None
+        max_pitch_deg: float | None = None
+        max_roll_deg: float | None = None
+        static_tilt_deg: float | None = None
+        max_rocker_deg: float | None = None
+        max_bogie_deg: float | None = None
+
+    class MobilitySection(BaseModel):
+        model_config = strict
+        mass_kg: float
+        gravity_m_s2: float
+        efficiency: float
+        idle_power_w: float
+        drive_power_w: float = 0.0
+        max_slip: float = 0.6
+        soil: str = "compacted"
 
     class RoverFile(BaseModel):
         """The keys of a rover file; units stand in their names. Ranges are the Rover's own."""
 
-        model_config = ConfigDict(extra="forbid", allow_inf_nan=False, strict=True)
+        model_config = strict
         name: str
         source: str
         drive: Drive
@@ -89,6 +149,12 @@ def _model() -> Any:
         track_m: float = 0.0
         step_m: float = 0.0
         footing_m: float = 0.0
+        chassis: ChassisSection | None = None
+        mobility: MobilitySection | None = None
 
-    RoverFile.model_rebuild(_types_namespace={"Drive": Drive})
+    names = {"Drive": Drive, "Suspension": Suspension, "End": End, "Field": Field}
+    for model in (ChassisSection, MobilitySection):
+        model.model_rebuild(_types_namespace=names)
+    sections = {"ChassisSection": ChassisSection, "MobilitySection": MobilitySection}
+    RoverFile.model_rebuild(_types_namespace=names | sections)
     return RoverFile

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import enum
 import itertools
-from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..core import F32, F64, U8, Bool, Frame, value
-from ..terrain import Terrain, ledge_height, slope_over
+from ..core import F32, F64, U8, Frame, value
+from ..kernels import distance as k
+from ..terrain import Planes, Terrain, ledge_height, planes_over
 from ._model import Rover
+
+I32 = NDArray[np.int32]
 
 
 class Reason(enum.IntEnum):
@@ -92,23 +95,26 @@ def standing(terrain: Terrain, rover: Rover) -> Standing:
         A map of the terrain's own frame; no data comes before slope and slope before step where
         several reasons hold.
     """
-    tilt = slope_over(terrain, rover.footing)
+    return judged(terrain, rover, planes_over(terrain, rover.footing))[0]
+
+
+def judged(terrain: Terrain, rover: Rover, planes: Planes) -> tuple[Standing, I32]:
+    """Where `rover` can stand, from planes fitted to its footing, and the squares of distances.
+
+    Returns:
+        The map, and the squared distance [cells^2] of each cell to the nearest one that blocks by
+        itself (h, w), `FAR` squared or more where there is none.
+    """
+    frame = terrain.frame
+    tilt = planes.slope()
     step = ledge_height(terrain, within=2.0 * rover.wheel_radius, steeper=rover.max_slope)
-    reason = np.zeros(terrain.frame.shape, np.uint8)
-    reason[step > rover.max_step] = Reason.STEP
-    reason[tilt > rover.max_slope] = Reason.SLOPE
-    reason[np.isnan(tilt)] = Reason.NO_DATA
-    if rover.radius > 0.0:
-        reason[_near(reason != 0, rover.radius / terrain.frame.cell) & (reason == 0)] = Reason.NEAR
-    blocked = (reason != Reason.FREE).astype(np.uint8)
-    return Standing(frame=terrain.frame, blocked=blocked, reason=reason, slope=tilt, step=step)
-
-
-def _near(bad: Bool, cells: float) -> Bool:
-    """Cells whose centre lies within `cells` [cells] of the centre of a bad one."""
-    if cells < 1.0 or not bad.any():
-        return bad
-    from scipy import ndimage
-
-    distance = cast(Any, ndimage).distance_transform_edt(~bad)
-    return np.asarray(distance <= cells * (1.0 + 1e-12))
+    reason = np.empty(frame.shape, np.uint8)
+    k.reasons(tilt, step, (rover.max_slope, rover.max_step), reason)
+    squared = np.empty(frame.shape, np.int32)
+    k.columns(reason, squared)
+    k.squares(squared)
+    cells = rover.radius / frame.cell
+    k.near(squared, cells * cells * (1.0 + 2e-12), reason)
+    blocked = (reason != Reason.FREE).view(np.uint8)
+    found = Standing(frame=frame, blocked=blocked, reason=reason, slope=tilt, step=step)
+    return found, squared

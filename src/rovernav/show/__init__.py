@@ -4,6 +4,7 @@ Nothing here loads the plotting library before a picture is asked for.
 """
 
 from ._drive import draw_drive
+from ._layers import draw_layer
 from ._paper import draw_paper_figure
 from ._relief import WHY, relief_pixels
 from ._route import draw_route
@@ -17,6 +18,7 @@ __all__ = [
     "PALETTE",
     "WHY",
     "draw_drive",
+    "draw_layer",
     "draw_paper_figure",
     "draw_route",
     "draw_sweep",

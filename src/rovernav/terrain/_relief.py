@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from ..core import F32
+from ..core import F32, value
 from ..kernels import relief as k
 from ._elevation import Terrain
 
@@ -35,10 +35,47 @@ def slope_over(terrain: Terrain, length: float) -> F32:
     square has an odd number of cells, at least 3 x 3 and at most what the grid holds; NaN where
     one of its heights is missing.
     """
+    return planes_over(terrain, length).slope()
+
+
+@value
+class Planes:
+    """Planes fitted to a square around each cell; NaN where one of its heights is missing.
+
+    Attributes:
+        east: Rise per metre to the east (h, w), float32.
+        north: Rise per metre to the north (h, w), float32.
+        rms: Root mean square of what the plane leaves over (h, w), float32 [m].
+        posts: Posts along a side of the square.
+    """
+
+    east: F32
+    north: F32
+    rms: F32
+    posts: int
+
+    def slope(self) -> F32:
+        """Angle of the planes (h, w), float32 [rad]."""
+        out = np.empty(self.east.shape, np.float32)
+        k.steepness(self.east, self.north, out)
+        return out
+
+
+def planes_over(terrain: Terrain, length: float) -> Planes:
+    """The planes of `slope_over`: how the ground rises over about `length` [m], and how roughly."""
     reach = _reach(length, terrain)
-    p, q = _inside(terrain, reach), _inside(terrain, reach)
-    k.plane(terrain.height, terrain.frame.cell, reach, p, q)
-    return _to_the_edge(np.arctan(np.hypot(p, q)), reach)
+    h, w = terrain.frame.shape
+    whole = np.empty((3, h, w), np.float32)
+    k.plane(terrain.height, terrain.frame.cell, reach, whole)
+    for grid in whole:
+        _spread(grid, reach)
+    return Planes(east=whole[0], north=whole[1], rms=whole[2], posts=2 * reach + 1)
+
+
+def _spread(grid: F32, reach: int) -> None:
+    """Give cells near the edge the value of the nearest one that has a window."""
+    grid[:, :reach], grid[:, -reach:] = grid[:, [reach]], grid[:, [-reach - 1]]
+    grid[:reach], grid[-reach:] = grid[reach], grid[-reach - 1]
 
 
 def step_height(terrain: Terrain) -> F32:
