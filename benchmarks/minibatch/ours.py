@@ -11,9 +11,16 @@ from harness.model import Result, Skipped, Stopwatch, Trial
 from . import task
 
 
-def epoch(batches: int) -> Trial:
-    """One epoch of a training that has begun: the second, timed between two `on_step` calls."""
-    train, network, patterns, settings = _prepared(batches, epochs=2)
+def epoch(batches: int, *, batch: int = task.BATCH, shards: int = 1, workers: int = 1) -> Trial:
+    """One epoch of a training that has begun: the second, timed between two `on_step` calls.
+
+    Args:
+        batches: Batches of `task.BATCH` rows that an epoch has, however they are shown.
+        batch: Rows per update.
+        shards: Parts of a batch that are summed by themselves.
+        workers: Threads that share them out.
+    """
+    train, network, patterns, settings = _prepared(batches, epochs=2, batch=batch, shards=shards)
 
     def trial(repeats: int) -> Result:
         wall = cpu = 0.0
@@ -24,7 +31,7 @@ def epoch(batches: int) -> Trial:
 
         for _ in range(repeats):
             steps.clear()
-            train(network, patterns, settings, on_step=note)
+            train(network, patterns, settings, on_step=note, workers=workers)
             (wall_1, cpu_1, _), (wall_2, cpu_2, _) = steps
             wall, cpu = wall + wall_2 - wall_1, cpu + cpu_2 - cpu_1
         return Result(wall, cpu, repeats * task.rows(batches), _error(steps[0][2], patterns))
@@ -46,7 +53,9 @@ def whole_call(batches: int) -> Trial:
     return trial
 
 
-def _prepared(batches: int, *, epochs: int) -> tuple[Any, Any, Any, Any]:
+def _prepared(
+    batches: int, *, epochs: int, batch: int = task.BATCH, shards: int = 1
+) -> tuple[Any, Any, Any, Any]:
     """The training function and its arguments."""
     import rovernav.learn as learn
     from rovernav.nets import Network
@@ -64,8 +73,8 @@ def _prepared(batches: int, *, epochs: int) -> tuple[Any, Any, Any, Any]:
     names = tuple(f"x{i}" for i in range(x.shape[1])), tuple(f"y{i}" for i in range(y.shape[1]))
     patterns = learn.Patterns(x=x, y=y, inputs=names[0], outputs=names[1])
     settings = learn.BatchSettings(
-        optimizer="sgd", eta=task.ETA, momentum=task.MOMENTUM, loss="mse", batch=task.BATCH,
-        epochs=epochs, order="cyclic",
+        optimizer="sgd", eta=task.ETA, momentum=task.MOMENTUM, loss="mse", batch=batch,
+        epochs=epochs, order="cyclic", shards=shards,
     )  # fmt: skip
     return learn.train_batches, network, patterns, settings
 

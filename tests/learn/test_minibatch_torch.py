@@ -70,16 +70,18 @@ def test_loss_and_gradient(loss: str, hidden: str, dtype: Any, near: float) -> N
 
 @pytest.mark.parametrize("loss", LOSSES)
 @pytest.mark.parametrize("optimizer", ["sgd", "adam"])
+@pytest.mark.parametrize("shards", [1, 4])
 @pytest.mark.parametrize(("dtype", "near"), [(np.float64, 1e-12), (np.float32, 1e-5)])
-def test_twenty_steps(loss: str, optimizer: str, dtype: Any, near: float) -> None:
+def test_twenty_steps(loss: str, optimizer: str, shards: int, dtype: Any, near: float) -> None:
     network = network_of(dtype)
     x, y = table(loss)
     names = [f"n{k}" for k in range(13)]
     patterns = Patterns(x=x, y=y, inputs=tuple(names[:10]), outputs=tuple(names[10:]))
     settings = BatchSettings(
-        optimizer=optimizer, eta=0.01, loss=loss, batch=25, epochs=5, order="cyclic"
-    )
-    done = train_batches(network, patterns, settings)
+        optimizer=optimizer, eta=0.01, loss=loss, batch=25, epochs=5, order="cyclic",
+        shards=shards,
+    )  # fmt: skip
+    done = train_batches(network, patterns, settings, workers=2)
     assert done.updates == 20
     leaves = in_torch(network)
     if optimizer == "sgd":
