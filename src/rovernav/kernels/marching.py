@@ -58,7 +58,8 @@ def march(f: Any, u: Any, seeds: Any, q: Queue, m: March, rest: Any) -> int:
         seeds: Cells to begin with.
         q: A queue; its ring spans more than the largest step.
         m: How to march.
-        rest: What is known to come on top of `u`, like `u` itself; or empty.
+        rest: What is known to come on top of `u`, like `u` itself; or empty. Where it is inf and
+            the limit is not, `u` stays as it is.
 
     Returns:
         Number of cells taken out of the queue, or FULL.

@@ -24,7 +24,8 @@ NEAR = 1e-9
 def piece(ax: float, ay: float, bx: float, by: float, c: Any) -> float:
     """Cost of the straight piece from a to b; inf where it touches something or leaves the grid."""
     h, w = c.shape
-    if not (min(ax, bx) >= 0.0 and max(ax, bx) <= w and min(ay, by) >= 0.0 and max(ay, by) <= h):
+    in_x = (ax >= 0.0) & (ax <= w) & (bx >= 0.0) & (bx <= w)  # False for NaN
+    if not in_x & (ay >= 0.0) & (ay <= h) & (by >= 0.0) & (by <= h):
         return np.inf
     dx, dy = bx - ax, by - ay
     steep = abs(dy) > abs(dx)

@@ -27,11 +27,11 @@ HOPEFUL = 1.025
 
 ROUNDS = (
     *((2.0, 1.0, 6), (2.0, 0.5, 4), (2.0, 0.25, 4)),
-    *((3.0, 0.5, 4), (2.0, 0.12, 4), (3.0, 0.06, 4)),
+    *((3.0, 0.5, 4), (2.0, 0.12, 4), (12.0, 0.2, 4), (0.7, 0.1, 4), (24.0, 0.03, 4)),
 )
 """Longest piece, distance between places, and places on either side of each round [cells]."""
-GAIN, MOST = 5e-4, 5
-"""The last three rounds are repeated while they gain this share, up to so many times."""
+AGAIN, GAIN, MOST = 5, 5e-4, 5
+"""The last five rounds are repeated while they gain this share, up to so many times."""
 AHEAD = 64
 """Points that one piece may replace."""
 
@@ -118,7 +118,7 @@ def drawn_tight(path: F64, costs: CostMap) -> F64:
     ends = path[[0, -1]]
     path, before = _tighten(path / costs.frame.cell, costs), np.inf
     for number in range(MOST + 1):
-        for longest, step, half in ROUNDS if number == 0 else ROUNDS[-3:]:
+        for longest, step, half in ROUNDS if number == 0 else ROUNDS[-AGAIN:]:
             path = _split(path, longest)
             bent = np.empty_like(path)
             cost = tracing.bend(path, costs.cost, step, half, costs.least, bent)
@@ -133,8 +133,13 @@ def drawn_tight(path: F64, costs: CostMap) -> F64:
 
 
 def _tighten(path: F64, costs: CostMap) -> F64:
-    out = np.empty_like(path)
-    return out[: tracing.tighten(path, costs.cost, AHEAD, out)].copy()
+    """The path without points that cost something; fewer points let more be left out."""
+    while True:
+        out = np.empty_like(path)
+        count = tracing.tighten(path, costs.cost, AHEAD, out)
+        if count == len(path):
+            return path
+        path = out[:count].copy()
 
 
 def _split(path: F64, longest: float) -> F64:

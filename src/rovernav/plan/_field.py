@@ -13,8 +13,9 @@ from ..kernels.buckets import queue
 from ._costs import CostMap
 from ._ends import Point, check_point, is_free
 
-REACH = 3
+REACH = 8
 """Cells around a seed that begin with the cost of the straight way to them."""
+HUGE = float(np.finfo(np.float32).max)
 SLICES = 1 << 20
 """Slices of a queue at most: 8 MB."""
 
@@ -57,7 +58,7 @@ class Field:
         while True:
             out = np.empty((room, 2))
             count = tracing.descend(self.flat, self._stride, x / cell, y / cell, out)
-            if count >= 0:
+            if 0 <= count <= room // 2 or room > 8 * self.flat.size:
                 return out[:count] * cell
             room *= 4
 
@@ -144,11 +145,13 @@ def march(
     room = max(4096, f.size // 16)
     slice_ = max(costs.least, 2.0 * costs.most / SLICES)
     end = flat_index(costs, limits.goal) if limits.goal is not None else -1
-    how = k.March(stride, slice_, end, limits.beyond, second, limits.most)
-    rest = np.empty(0, np.float32) if limits.rest is None else limits.rest
+    how = k.March(stride, slice_, end, limits.beyond, second, min(limits.most, HUGE))
+    rest = np.zeros(f.size if second else 0, np.float32) if limits.rest is None else limits.rest
     while True:
         u = np.full(f.size, np.inf, np.float32)
         first = _seed(costs, seeds, u, stride)
+        if second:  # its differences undershoot near a seed, where the field is a cone
+            rest[first] = np.inf
         ring = queue(int((1.5 + 2.0 * REACH) * costs.most / slice_) + 4, room)
         if k.march(f, u, first, ring, how, rest) != k.FULL:
             return u
