@@ -10,6 +10,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -21,6 +22,10 @@ YARD_DRIVES = {
     "yard-reached": "--from 12,20 --to 35,20",
     "yard-collided": "--from 12,20 --to 35,15",
 }
+WAVES = (
+    "--method batch --topology 3-64-64-2 --activations tanh,tanh,linear --epochs 20 "
+    "--validation 0.1 --schedule cosine --eta 0.01 --shards 8"
+)
 LIMIT = 300_000
 """Largest picture [bytes]."""
 
@@ -34,6 +39,9 @@ def main() -> None:
         keep(out / "paper/training.png", "training.png")
         rovernav("paper", "--scenario", "bassil-replay-v1", "--out", out / "replay")
         keep(out / "replay/figure3.png", "replay.png")
+        write_waves(out / "waves.csv")
+        rovernav("train", out / "waves.csv", *WAVES.split(), "--out", out / "waves")
+        keep(out / "waves/training.png", "batches.png")
         data = Path(os.environ.get("ROVERNAV_DATA", "."))
         if not (data / YARD).exists():
             sys.exit(f"no {YARD} in ROVERNAV_DATA: pictures of real ground stay as they are")
@@ -41,6 +49,14 @@ def main() -> None:
             ground = ("--terrain", data / YARD, "--frame", "local")
             rovernav("drive", *ground, *words.split(), "--out", out / name)
             keep(out / name / "drive.png", f"{name}.png")
+
+
+def write_waves(path: Path) -> None:
+    """The table of the page on larger networks."""
+    x = np.random.default_rng(0).uniform(-2, 2, (20_000, 3))
+    y = np.column_stack([np.sin(x[:, 0]) * np.cos(x[:, 1]), x[:, 0] * x[:, 2]])
+    header = "in:a,in:b,in:c,out:wave,out:product"
+    np.savetxt(path, np.hstack([x, y]), delimiter=",", header=header, comments="", fmt="%.6g")
 
 
 def rovernav(*words: object) -> None:
