@@ -20,7 +20,7 @@ from harness import machine, report, results, setup
 from harness.measure import Plan, measure, wanted
 from harness.worker import find
 
-WORKLOADS = ("online", "sweep", "firstcall", "decision", "minibatch")
+WORKLOADS = ("online", "sweep", "firstcall", "decision", "minibatch", "hazards")
 
 
 def main() -> None:
