@@ -11,7 +11,7 @@ from pathlib import Path
 
 PACKAGES = (
     *("rovernav", "numpy", "numba", "llvmlite", "scikit-learn", "jax", "jaxlib", "torch"),
-    *("onnxruntime", "keras"),
+    *("onnxruntime", "keras", "scipy", "xarray-spatial", "richdem2"),
 )
 _BUSY = (0, 1, 2, 5, 6)  # /proc/stat: user, nice, system, irq, softirq
 

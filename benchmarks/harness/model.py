@@ -106,6 +106,7 @@ class Workload:
         tolerance: How far a check may be from it.
         fresh: Every sample is a process of its own, timed from its start.
         one_core: Hold the process to one core, for peers that cannot be told a thread count.
+        memory: Tell the largest memory of each process too.
     """
 
     name: str
@@ -123,6 +124,7 @@ class Workload:
     tolerance: float
     fresh: bool = False
     one_core: bool = False
+    memory: bool = False
 
     def figure(self, seconds_per_unit: float) -> float:
         """Seconds per unit of work, in the unit of the table."""

@@ -29,10 +29,13 @@ def table(workload: Workload, rows: Sequence[Row], size: int) -> Table:
     """Head and rows of a workload's table."""
     anchors = [row for row in rows if row.peer.name in workload.anchors and row.samples]
     short = [f"{workload.anchors[row.peer.name]} / peer" for row in anchors]
-    out = [["peer", workload.unit, "min to max", "noisy", *short, workload.check, "note"]]
+    memory = ["peak MB"] if workload.memory else []
+    out = [["peer", workload.unit, "min to max", "noisy", *memory, *short, workload.check, "note"]]
     for row in rows:
         if row.skipped:
-            out.append([row.peer.name, *[""] * (len(short) + 4), f"skipped: {row.skipped}"])
+            out.append(
+                [row.peer.name, *[""] * (len(short) + len(memory) + 4), f"skipped: {row.skipped}"]
+            )
             continue
         values = sorted(workload.figure(taken) for taken in row.times)
         check = row.samples[-1]["check"]
@@ -42,6 +45,7 @@ def table(workload: Workload, rows: Sequence[Row], size: int) -> Table:
                 number(statistics.median(values)),
                 f"{number(values[0])} to {number(values[-1])}",
                 f"{row.noisy}/{len(row.samples)}",
+                *(f"{max(s['peak_mb'] for s in row.samples):,.0f}" for _ in memory),
                 *(f"{compared(workload, anchor, row):.3f}" for anchor in anchors),
                 f"{check:.9g}",
                 objection(workload, row, size),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import json
 import os
+import resource
 import sys
 import time
 from typing import Any, TextIO
@@ -63,7 +64,14 @@ def sample(trial: Trial, repeats: int) -> dict[str, Any]:
     result = trial(repeats)
     wall, cpu, busy_after = time.perf_counter() - wall, time.process_time() - cpu, busy()
     foreign = others(busy_before, busy_after, cpu, wall)
-    return {**result._asdict(), "others": foreign, "load": load(), "fresh": False}
+    facts = {"others": foreign, "load": load(), "fresh": False, "peak_mb": peak()}
+    return {**result._asdict(), **facts}
+
+
+def peak() -> float:
+    """The most memory that this process has held so far [MB]; libraries included."""
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return most / 1e6 if sys.platform == "darwin" else most * 1024 / 1e6
 
 
 def say(answers: TextIO, **facts: Any) -> None:

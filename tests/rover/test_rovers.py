@@ -164,3 +164,68 @@ def test_every_number_is_checked() -> None:
     for name in numbers:
         with pytest.raises(SettingError, match=f"{name} must lie in"):
             made(ROBOT, **{name: math.nan})
+
+
+CHASSIS = """chassis:
+  suspension: rocker-bogie
+  wheel_x_m: [0.15, 0.0, -0.15]
+  wheel_width_m: 0.05
+  rocker_m: [0.03, 0.1]
+  bogie_m: [-0.07, 0.05]
+  belly_m: [0.3, 0.2]
+mobility:
+  mass_kg: 12
+  gravity_m_s2: 3.71
+  efficiency: 0.4
+  idle_power_w: 8
+"""
+
+
+def test_a_rover_file_with_wheels_and_motors(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text(lines(track_m=0.3) + CHASSIS)
+    rover = read_rover(path)
+    assert rover.chassis is not None
+    assert rover.mobility is not None
+    assert (rover.chassis.wheels, rover.chassis.wheelbase) == (6, 0.3)
+    assert rover.chassis.max_tilt == rover.max_slope
+    assert rover.chassis.static_tilt == pytest.approx(math.radians(45), abs=1e-15)
+    assert rover.mobility.mass == 12.0
+    assert rover.mobility.soil == "compacted"
+
+
+def test_an_old_rover_file_gets_four_wheels_at_its_corners(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text(lines())
+    rover = read_rover(path)
+    assert rover.chassis is not None
+    assert rover.chassis.suspension == "averaging"
+    assert rover.chassis.wheel_x == pytest.approx((0.15, -0.15), abs=1e-12)
+    assert rover.mobility is None
+    assert read_rover("paper-point").chassis is None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("wheel_x_m:", "wheels_x_m:", "unknown key 'chassis.wheels_x_m'; did you mean 'wheel_x_m'"),
+        ("mass_kg: 12", "mass: 12", "unknown key 'mobility.mass'; did you mean 'mass_kg'"),
+        ("rocker-bogie", "rocker-boogie", "input should be 'rigid', 'averaging' or 'rocker-bogie'"),
+        ("[0.15, 0.0, -0.15]", "[0.15, -0.15]", "rocker-bogie needs 3 wheels a side"),
+        ("[0.15, 0.0, -0.15]", "[0.15, 0.2, -0.15]", "wheel_x must fall from front to rear"),
+        ("[0.15, 0.0, -0.15]", "[0.3, 0.0, -0.3]", "wheels reach over 0.8 m, more than the length"),
+        ("[0.03, 0.1]", "[0.3, 0.1]", "the rocker's pivot must lie between the wheels"),
+        ("[-0.07, 0.05]", "[0.07, 0.05]", "the bogie's pivot must lie between its wheels"),
+        ("[-0.07, 0.05]", "[-0.07, -0.05]", "the bogie's pivot must not lie below the axles"),
+        ("belly_m: [0.3, 0.2]", "belly_m: [0.3]", "chassis.belly_m"),
+        ("belly_m: [0.3, 0.2]", "belly_m: [-1, 0.2]", "belly_length must lie in 0 to 20 m, got -1"),
+        ("  belly_m", "  max_roll_deg: 95\n  belly_m", "max_roll must lie in 0 to 89 deg, got 95"),
+        ("mass_kg: 12", "mass_kg: -12", "mass must lie in 0.001 to 1e.06 kg, got -12"),
+    ],
+)
+def test_a_section_with_a_mistake(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text((lines() + CHASSIS).replace(old, new, 1))
+    with pytest.raises(SettingError, match=message) as caught:
+        read_rover(path)
+    assert "\n" not in str(caught.value)

@@ -70,7 +70,10 @@ def build(model: type[Model], data: dict[str, Any], *, source: str) -> Model:
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise SettingError(_sentence(model, error.errors()[0], source)) from None
+        found = error.errors()
+        unknown = [one for one in found if one["type"] == "extra_forbidden"]
+        # A key that is spelt wrongly is also missing; that it is unknown says more.
+        raise SettingError(_sentence(model, (unknown or found)[0], source)) from None
 
 
 def _sentence(model: type[Any], first: Any, source: str) -> str:
