@@ -4,7 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-HEAVY = ("matplotlib", "numba", "pydantic", "rasterio", "scipy")
+HEAVY = ("matplotlib", "nicegui", "numba", "pydantic", "rasterio", "scipy")
 COMMAND = Path(sys.executable).with_name("rovernav")
 
 
