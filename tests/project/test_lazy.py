@@ -4,7 +4,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-HEAVY = ("dask", "distributed", "matplotlib", "numba", "pydantic", "rasterio", "scipy")
+HEAVY = (
+    "dask", "distributed", "matplotlib", "nicegui", "numba", "pydantic", "rasterio", "scipy",
+)  # fmt: skip
 COMMAND = Path(sys.executable).with_name("rovernav")
 
 

@@ -321,6 +321,8 @@ def test_a_terrain_that_is_not_offered_is_not_opened(model: DriveModel) -> None:
         ("polygon", (0, 0, 1, 1), "3 to 500 corners"),
         ("polygon", tuple(range(2000)), "3 to 500 corners"),
         ("box", (1e7, 0, 1e8, 1), "within 100 km"),
+        ("polygon", (0, 0, 1, 1, 2), "two numbers each"),
+        ("blob", (0, 0, 1), "no obstacle 'blob'"),
     ],
 )
 def test_what_is_no_obstacle_is_refused(
@@ -341,7 +343,8 @@ def test_obstacles_are_bounded_in_number(model: DriveModel) -> None:
 @pytest.mark.parametrize(
     "fields",
     [{"seed": -1}, {"rocks": 0.9}, {"made": (("side_m", 1e9),)}, {"made": (("x", 1),)},
-     {"time_limit": 0.0}, {"start": (math.inf, 0.0)}],
+     {"time_limit": 0.0}, {"start": (math.inf, 0.0)}, {"rover": "/etc/rover.yaml"},
+     {"rover": "my.yaml"}, {"ground": "sea"}],
 )  # fmt: skip
 def test_absurd_numbers_are_refused_with_a_sentence(
     model: DriveModel, fields: dict[str, Any]
@@ -421,6 +424,7 @@ def test_a_controller_that_cannot_drive_is_told_beside_those_that_can(kept: Kept
     driven(model)
     assert [run.pick.key for run in model.runs] == ["bassil"]
     assert model.refused == [(Pick("train", "Train tab"), "this network drives nothing")]
+    assert model.rovers(model.world) == ["paper-point"]
     model.close()
 
 

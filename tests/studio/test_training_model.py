@@ -188,7 +188,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"seed": "-1"}, "seed must be from 0"),
     ({"rule": "papr"}, "unknown rule 'papr'; did you mean 'paper'"),
     ({"order": ["cyclic"]}, "unknown order"),
-    ({"activations": ("sigmoid", "linaer")}, "unknown activation 'linaer'"),
+    ({"activations": ("sigmoid", "lineal")}, "unknown activation 'lineal'"),
     ({"activations": ("sigmoid",)}, "needs 2 activations"),
     ({"hidden": (100_001,)}, "each layer needs 1 to"),
     ({"hidden": (200, 200)}, "the page trains networks of 20,000 weights at most"),

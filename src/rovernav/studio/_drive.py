@@ -121,8 +121,7 @@ class DriveModel:
         Raises:
             SettingError: It is none.
         """
-        rounded = tuple(round(float(n), 3) for n in numbers)
-        obstacle = Obstacle(kind, rounded)
+        obstacle = Obstacle(str(kind), tuple(round(float(n), 3) for n in numbers))
         self.change(obstacles=(*self.world.obstacles, obstacle))
 
     def delete(self, index: int) -> None:
@@ -231,7 +230,12 @@ class DriveModel:
 
     def rovers(self, world: World) -> list[str]:
         """The rovers that the chosen controllers will drive."""
-        found = [self._seat(self.pick(key), world)[2] for key in self.picked]
+        found: list[str] = []
+        for key in self.picked:
+            try:
+                found.append(self._seat(self.pick(key), world)[2])
+            except RovernavError:  # it cannot drive, and will be told so when it shall
+                continue
         return list(dict.fromkeys(found)) or [world.rover or "paper-point"]
 
     def _seat(self, pick: Pick, world: World) -> tuple[Any, Network | None, str, str]:

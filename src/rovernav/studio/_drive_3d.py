@@ -16,6 +16,7 @@ from ..terrain import Terrain
 from ._drive import DriveModel
 from ._drive_map import COLOURS
 from ._drive_run import DriveRun
+from ._drive_setup import number_in
 from ._drive_world import Obstacle
 from ._raster import data_uri, png
 
@@ -71,7 +72,7 @@ class Scene3D:
         await self.show()
 
     async def _exaggerate(self) -> None:
-        self._lift = float(self.slider.value or 1.0)
+        self._lift = min(max(number_in(self.slider.value, 1.0), 1.0), 5.0)
         self._seen = None
         await self.show()
 

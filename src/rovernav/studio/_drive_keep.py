@@ -97,6 +97,8 @@ def world_from(
         file = data.pop("file")
         changed: dict[str, Any] = {
             "made": tuple(sorted(data["made"].items())),
+            "title": str(data.get("title", ""))[:60],
+            "rover": str(data.get("rover", "")),
             "start": tuple(data["start"]),
             "goal": tuple(data["goal"]),
             "obstacles": tuple(

@@ -14,7 +14,7 @@ from ..rover import Rover, read_rover
 from . import _drive_map as draw
 from ._drive_3d import Scene3D
 from ._drive_map import HIGH, WIDE, View
-from ._drive_setup import SetupPanel
+from ._drive_setup import SetupPanel, number_in
 from ._drive_side import SidePanel
 from ._drive_strip import HIGH as STRIP
 from ._drive_strip import cursor, seconds_at, strip
@@ -126,8 +126,8 @@ class _DriveTab:
             self.clock = ui.label("0 s").classes("rn-num rnd-clock").mark("clock")
             speeds = {speed: f"{speed:g}×" for speed in SPEEDS}
             ui.select(speeds, value=self.model.playback.speed,
-                      on_change=lambda e: self.model.playback.set_speed(e.value)).props(
-                'dense options-dense borderless aria-label="Speed"').mark("speed")  # fmt: skip
+                      on_change=self._speed).props(
+                'dense options-dense borderless aria-label="Speed"').mark("play-speed")  # fmt: skip
 
     def _timeline(self) -> None:
         self.strip = ui.interactive_image(
@@ -146,6 +146,12 @@ class _DriveTab:
         self.focus = 0
         self.side.forget()
 
+    def _speed(self, event: events.ValueChangeEventArguments[Any]) -> None:
+        try:
+            self.model.playback.set_speed(number_in(event.value))
+        except RovernavError as error:
+            refuse(str(error))
+
     def _pause(self) -> None:
         if self.model.paused:
             self.model.resume()
@@ -160,13 +166,14 @@ class _DriveTab:
             self.model.playback.seek(one.times[step])
 
     def _scrub(self, event: events.GenericEventArguments) -> None:
-        if isinstance(event.args, (int, float)) and math.isfinite(event.args):
+        seconds = number_in(event.args)
+        if not math.isnan(seconds):
             self.model.playback.hold()
-            self.model.playback.seek(float(event.args))
+            self.model.playback.seek(seconds)
 
     def _on_strip(self, event: events.MouseEventArguments) -> None:
         self.model.playback.hold()
-        self.model.playback.seek(seconds_at(event.image_x, self.model.length))
+        self.model.playback.seek(seconds_at(number_in(event.image_x, 0.0), self.model.length))
 
     def _tool_button(self, name: str) -> ui.button:
         icon, words = TOOLS[name]
@@ -195,8 +202,8 @@ class _DriveTab:
         self.focus = number
 
     async def _mouse(self, event: events.MouseEventArguments) -> None:
-        x, y = event.image_x, event.image_y
-        if not (math.isfinite(x) and math.isfinite(y)):
+        x, y = number_in(event.image_x), number_in(event.image_y)
+        if math.isnan(x + y):
             return
         if event.type == "mousedown" and event.button == 0:
             self.drag = (x, y)
@@ -356,7 +363,4 @@ class _DriveTab:
 def _numbers(args: Any, *keys: str) -> list[float]:
     """Numbers out of what a browser sent; NaN for what is none."""
     found = args if isinstance(args, dict) else {}
-    given = [found.get(key) for key in keys]
-    return [
-        float(n) if isinstance(n, (int, float)) and math.isfinite(n) else math.nan for n in given
-    ]
+    return [number_in(found.get(key)) for key in keys]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import random
 from collections.abc import Awaitable, Callable
 from functools import partial
@@ -20,6 +21,7 @@ from ._uploads import refuse, upload_button
 
 ROCKS = (0.0, 0.2)
 """Share of the ground that the rocks slider covers."""
+_ENDS = ("start x", "start y", "goal x", "goal y")
 NICE = {
     "bassil-v1": "The paper's scene",
     "bassil-mirrored-v1": "The paper's scene, mirrored obstacle",
@@ -45,9 +47,9 @@ class SetupPanel:
         """Build the column in the present container."""
         with ui.column().classes("rn-card w-full"):
             ui.label("World").classes("rn-title")
-            self.ground = ui.select(self._grounds(), on_change=self._choose_ground).props(
-                'dense options-dense outlined aria-label="World"'
-            ).classes("w-full").mark("world")  # fmt: skip
+            self.ground = ui.select(self._grounds(), on_change=self._by_hand(self._choose_ground))
+            self.ground.props('dense options-dense outlined aria-label="World"')
+            self.ground.classes("w-full").mark("world")
             self.made = ui.column().classes("w-full gap-1")
             with ui.row().classes("w-full items-center gap-1 no-wrap"):
                 upload_button("GeoTIFF", kinds=(".tif", ".tiff"), limit=MAX_TERRAIN,
@@ -60,7 +62,9 @@ class SetupPanel:
             self.picks = ui.column().classes("w-full gap-0")
             upload_button("Network file", kinds=(".safetensors",), limit=MAX_NETWORK,
                           on_file=self._take_network)  # fmt: skip
-            self.rover = ui.select(rover_names(), label="Rover", on_change=self._choose_rover)
+            self.rover = ui.select(
+                rover_names(), label="Rover", on_change=self._by_hand(self._choose_rover)
+            )
             self.rover.props("dense options-dense outlined").classes("w-full").mark("rover")
         with ui.column().classes("rn-card w-full"):
             self._ends_and_obstacles()
@@ -79,14 +83,14 @@ class SetupPanel:
                     f'flat dense round size=sm aria-label="{words}"'
                 ).tooltip(words).mark(words.split()[0].lower())  # fmt: skip
         with ui.row().classes("w-full no-wrap gap-1"):
-            self.numbers = {
-                name: ui.number(name, step=0.1, format="%.2f", on_change=self._type_ends)
-                .props("dense debounce=500").classes("col").mark(name.replace(" ", "-"))
-                for name in ("start x", "start y", "goal x", "goal y")
-            }  # fmt: skip
+            self.numbers = {name: self._end(name) for name in _ENDS}
         self.obstacles = ui.column().classes("w-full gap-0 rnd-scroll")
         with ui.expansion("Add by numbers", icon="add").props("dense").classes("w-full rnd-add"):
             self._by_numbers()
+
+    def _end(self, name: str) -> ui.number:
+        field = ui.number(name, step=0.1, format="%.2f", on_change=self._by_hand(self._type_ends))
+        return field.props("dense debounce=500").classes("col").mark(name.replace(" ", "-"))
 
     def _by_numbers(self) -> None:
         kinds = {"box": "rectangle: x0, y0, x1, y1", "circle": "circle: x, y, radius",
@@ -96,7 +100,7 @@ class SetupPanel:
 
         async def add() -> None:
             try:
-                numbers = [float(part) for part in (text.value or "").split(",")]
+                numbers = [float(part) for part in str(text.value or "").split(",")]
             except ValueError:
                 refuse("write numbers joined by commas, like 6, 0, 1.5")
                 return
@@ -140,8 +144,8 @@ class SetupPanel:
         with self.made:
             with ui.row().classes("w-full items-center no-wrap gap-1"):
                 self.seed = ui.number("Seed", value=world.seed, min=0, precision=0, step=1,
-                                      on_change=self._type_seed).props(
-                    "dense debounce=500").classes("col").mark("seed")  # fmt: skip
+                                      on_change=self._by_hand(self._type_seed)).props(
+                    "dense debounce=500").classes("col").mark("ground-seed")  # fmt: skip
                 ui.button(icon="casino", color=None, on_click=self._dice).props(
                     'flat dense round aria-label="Another seed"'
                 ).tooltip("Another seed").mark("dice")  # fmt: skip
@@ -176,6 +180,13 @@ class SetupPanel:
             refuse(str(error))
         self.fill()
         await self._changed()
+
+    def _by_hand(self, act: Callable[[Any], Awaitable[None]]) -> Callable[[Any], Any]:
+        """A handler that answers to people alone, not to what `fill` writes into the fields.
+
+        It has to look at once: what it starts runs later, when the filling is long over.
+        """
+        return lambda event: None if self._filling else act(event)
 
     def _doing(self, do: Callable[[], object]) -> Callable[[], Awaitable[None]]:
         async def act() -> None:
@@ -220,9 +231,9 @@ class SetupPanel:
         return next((f"flat:{name}" for name in same), "own")
 
     async def _choose_ground(self, event: Any) -> None:
-        if self._filling or event.value in (None, "own"):
+        kind, _, name = str(event.value or "").partition(":")
+        if name not in {"flat": self.model.flat, "made": GENERATORS}.get(kind, self.model.files):
             return
-        kind, _, name = event.value.partition(":")
         model, rover = self.model, self.model.world.rover
 
         def choose() -> None:
@@ -237,12 +248,11 @@ class SetupPanel:
         await self._away(choose)
 
     async def _choose_rover(self, event: Any) -> None:
-        if not self._filling:
-            await self._away(lambda: self.model.change(rover=event.value or "", settle=True))
+        await self._away(lambda: self.model.change(rover=str(event.value or ""), settle=True))
 
-    async def _type_ends(self) -> None:
-        values = [number.value for number in self.numbers.values() if number.value is not None]
-        if self._filling or len(values) < len(self.numbers):
+    async def _type_ends(self, _: object = None) -> None:
+        values = [number_in(number.value) for number in self.numbers.values()]
+        if math.isnan(sum(values)):
             return
         world = self.model.world
         wanted = {"start": (values[0], values[1]), "goal": (values[2], values[3])}
@@ -251,8 +261,9 @@ class SetupPanel:
                 await self._doing(lambda end=end, p=point: self.model.place(end, *p))()
 
     async def _type_seed(self, event: Any) -> None:
-        if not self._filling and event.value is not None:
-            await self._later(seed=int(event.value))
+        seed = number_in(event.value)
+        if 0 <= seed < 2**53:
+            await self._later(seed=int(seed))
 
     async def _dice(self) -> None:
         await self._later(seed=random.SystemRandom().randrange(10_000))
@@ -263,8 +274,10 @@ class SetupPanel:
 
     def _take_terrain(self, name: str, data: bytes) -> None:
         async def take() -> None:
+            cell = number_in(self.cell.value, 0.0)
+
             def read() -> None:
-                shown = self.model.upload_terrain(name, data, cell=self.cell.value)
+                shown = self.model.upload_terrain(name, data, cell=cell if cell > 0 else None)
                 self.model.set_world(self.model.file_world(shown), settle=True)
 
             await self._away(read)
@@ -305,9 +318,15 @@ def _slider(
         slider = ui.slider(min=low, max=high, step=step, value=value).props(
             f'label dense aria-label="{escape(words)}"'
         ).classes("col")  # fmt: skip
-        slider.on("change", lambda event: do(float(event.args)))
+        slider.on("change", lambda event: do(min(max(number_in(event.args, low), low), high)))
         slider.mark(words.split(":")[0].lower())
         ui.label().bind_text_from(slider, "value", lambda v: f"{v:.3g}").classes("rn-num rn-note")
+
+
+def number_in(item: Any, otherwise: float = math.nan) -> float:
+    """A finite number that came from a browser, or what stands for none."""
+    good = isinstance(item, (int, float)) and math.isfinite(item)
+    return float(item) if good else otherwise
 
 
 def _bound(field: Any, name: str) -> float | None:

@@ -11,8 +11,8 @@ from typing import Any, final
 
 import numpy as np
 
-from ..core import SettingError, build
-from ..rover import Rover, Standing, read_rover, standing
+from ..core import SettingError, build, suggest
+from ..rover import Rover, Standing, presets, read_rover, standing
 from ..scenes import (
     GENERATORS,
     Ground,
@@ -155,6 +155,13 @@ def checked(world: World, controller: str = "bassil", rover: str = "paper-point"
     """
     if len(world.obstacles) > MOST_OBSTACLES:
         raise SettingError(f"at most {MOST_OBSTACLES} obstacles can be drawn; delete some")
+    for each in world.obstacles:
+        if each.kind not in KINDS:
+            raise SettingError(f"no obstacle {each.kind!r}; {suggest(each.kind, KINDS)}")
+        if each.kind == "polygon" and len(each.numbers) % 2:
+            raise SettingError("the corners of a polygon need two numbers each")
+    if world.rover and world.rover not in presets():  # never a path: it may come from a browser
+        raise SettingError(f"no rover {world.rover!r}; {suggest(str(world.rover), presets())}")
     world.scenario(controller, rover)
     return world
 

@@ -13,7 +13,7 @@ import threading
 import webbrowser
 from typing import Any
 
-from ..core import MissingExtraError, SettingError
+from ..core import FileError, MissingExtraError, SettingError
 from ._library import Library, usual_library
 from ._options import Options
 from ._session import Sessions
@@ -33,9 +33,12 @@ def serve(options: Options) -> None:
     Raises:
         MissingExtraError: The extra ``studio`` is not installed.
         SettingError: The address cannot be listened on.
-        FileError: The library cannot be used.
+        FileError: The library cannot be used, or a terrain is missing.
     """
     check_extra()
+    for path in options.terrain:
+        if not path.is_file():
+            raise FileError(f"there is no elevation model at {path}; check --terrain")
     with contextlib.ExitStack() as stack:
         listener = stack.enter_context(listen(options.host, options.port))
         library = Library(options.library or usual_library())

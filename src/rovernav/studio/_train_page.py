@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -12,15 +13,18 @@ from ..learn import patterns_csv
 from ..nets import network_bytes
 from ._pace import SPEEDS
 from ._session import Session
+from ._state import State
 from ._train_settings import settings_card
 from ._train_table import table_card
-from ._train_view import TrainView, curve_options, train_view
+from ._train_view import TrainView, curve_options, figures, status_words, train_view
 from ._train_weights import edit_weights
 from ._uploads import refuse
 from ._worked_page import worked_pane
 
 EVERY = 0.15
 """How often the page looks whether something changed [s]."""
+DRAWN = {"slow": 0.15, "watch": 0.3, "full": 0.6}
+"""How long pictures stay while a training runs, by its speed [s]."""
 _SPEEDS = {"slow": "Slow", "watch": "Watch", "full": "Full speed"}
 _TONES = {"good": "rn-good", "bad": "rn-bad", "warn": "rn-warn", "run": "rn-run", "": ""}
 
@@ -36,6 +40,7 @@ class _TrainTab:
     def __init__(self, session: Session) -> None:
         self.session, self.train = session, session.train
         self.seen: object = None
+        self.drawn = 0.0
         self.table = self.train.setup.table
         self.busy = False
 
@@ -155,25 +160,27 @@ class _TrainTab:
                 worked_pane(self.session)
 
     async def _refresh(self) -> None:
-        """Show the present state, if it is another one than was shown last."""
+        """Show the present state, if it is another one than was shown last.
+
+        The figures follow at once; pictures take the browser longer, so that while a training runs
+        they are drawn less often and leave room for answers.
+        """
         mark = (self.train.version, self.session.shown, tuple(self.session.surface_axes))
         if mark == self.seen or self.busy:
             return
+        state = self.train.state()
+        self._figures(state)
+        if state.running and time.monotonic() - self.drawn < DRAWN[self.train.speed]:
+            return
         self.busy = True
         try:
-            axes = self._axes()
-            state = self.train.state()
-            view = await run.io_bound(train_view, state, self.session.shown, axes)
+            view = await run.io_bound(train_view, state, self.session.shown, self._axes())
         finally:
             self.busy = False
         if view is None:  # the studio is being stopped
             return
-        self.seen = mark
-        options = curve_options(state, view)
-        self._show(view, state.said)
-        self.chart.options.clear()
-        self.chart.options.update(options)
-        self.chart.update()
+        self.seen, self.drawn = mark, time.monotonic()
+        self._draw(state, view)
         if state.setup.table is not self.table:
             self.table = state.setup.table
             if self.table is not self.session.desk.handed_over:
@@ -181,19 +188,26 @@ class _TrainTab:
             self._choose_axes()
         self.refresh_settings()
 
-    def _show(self, view: TrainView, said: str) -> None:
+    def _figures(self, state: State) -> None:
+        words, tone = status_words(state)
+        self.status.text = words
+        self.status.classes(replace=f"rn-status {_TONES[tone]}")
+        self.epoch.text, self.error.text, self.rate.text = figures(state)
+        label = "Pause" if state.running else "Start"
+        self.start.props(f"icon={'pause' if state.running else 'play_arrow'}")
+        self.start.props(f'aria-label="{label}"')
+        self.start_tip.text = label
+
+    def _draw(self, state: State, view: TrainView) -> None:
         self.drawing.content = view.drawing
         self.answers.content = view.answers
         self.weights.content = view.weights
         self.trace.text = view.trace or "Nothing yet."
-        self.status.text = said or view.status
-        self.status.classes(replace=f"rn-status {_TONES['bad' if said else view.tone]}")
-        self.epoch.text, self.error.text, self.rate.text = view.epoch, view.error, view.rate
         self.shown.text = f"shows pattern {self.session.shown + 1}"
-        running = self.train.running
-        self.start.props(f"icon={'pause' if running else 'play_arrow'}")
-        self.start.props(f'aria-label="{"Pause" if running else "Start"}"')
-        self.start_tip.text = "Pause" if running else "Start"
+        options = curve_options(state, view)
+        self.chart.options.clear()
+        self.chart.options.update(options)
+        self.chart.update()
 
     def _axes(self) -> tuple[int, int]:
         inputs = self.train.setup.table.x.shape[1]

@@ -35,11 +35,6 @@ class TrainView:
     answers: str
     weights: str
     trace: str
-    status: str
-    tone: str
-    epoch: str
-    error: str
-    rate: str
     curve: list[list[float]]
     loss: list[list[float]]
     before: list[list[float]]
@@ -59,18 +54,11 @@ def train_view(state: State, selected: int, axes: tuple[int, int] = (0, 1)) -> T
     )
     answers = surfaces(network, table, selected, axes)
     names = (table.inputs[axes[0]], table.inputs[axes[1]]) if answers else None
-    status, tone = _status(state)
-    last = state.curve[-1]
     return TrainView(
         drawing=drawing,
         answers=_answers(answers, names),
         weights=weights_table(network, table.inputs),
         trace=trace_lines(network, state.trace[-LINES:]),
-        status=status,
-        tone=tone,
-        epoch=_epoch(state),
-        error=f"{last.worst:.4g}" if math.isfinite(last.worst) else "not finite",
-        rate=f"{_amount(state.rate)} updates/s" if state.rate else "",
         curve=series(state.curve, "worst"),
         loss=series(state.curve, "loss"),
         before=series(state.before, "worst"),
@@ -197,12 +185,23 @@ _ENDS = {
 }
 
 
-def _status(state: State) -> tuple[str, str]:
+def status_words(state: State) -> tuple[str, str]:
+    """How the training stands, in words; and whether that is good, bad, a warning or plain."""
+    if state.said:
+        return state.said, "bad"
     if state.running:
         return "Training", "run"
     if state.training.stop is not None and state.training.stop in _ENDS:
         return _ENDS[state.training.stop]
     return ("Paused", "") if state.training.updates else ("Ready", "")
+
+
+def figures(state: State) -> tuple[str, str, str]:
+    """Epoch, largest error and speed, as they are shown."""
+    worst = state.curve[-1].worst
+    error = f"{worst:.4g}" if math.isfinite(worst) else "not finite"
+    rate = f"{_amount(state.rate)} updates/s" if state.rate else ""
+    return _epoch(state), error, rate
 
 
 def _epoch(state: State) -> str:
