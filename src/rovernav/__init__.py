@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from . import (
+        adapters,
         bench,
         control,
         core,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "__version__",
+    "adapters",
     "bench",
     "control",
     "core",

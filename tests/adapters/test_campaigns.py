@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from rovernav.adapters import DaskExecutor
-from rovernav.bench import draw_pairs, score
+from rovernav.bench import _pairs, draw_pairs, score
 from rovernav.learn import Recipe, find_controller, teach
 from rovernav.nets import weights_sha256
 from rovernav.rover import read_rover
@@ -42,9 +42,12 @@ def ground(here: Path) -> Path:
     return here / "ground.npy"
 
 
-def test_scores_have_the_bits_of_a_serial_run(executor: DaskExecutor) -> None:
+def test_scores_have_the_bits_of_a_serial_run(
+    executor: DaskExecutor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_pairs, "TOGETHER", 4)
     ground = hills(np.random.default_rng(4), shape=(120, 120), cell=0.2, relief=4.0, craters=25)
-    pairs = draw_pairs(ground, read_rover("research"), 45, seed=2, nearest=5.0)
+    pairs = draw_pairs(ground, read_rover("research"), 12, seed=2, nearest=5.0)
     events: list[float] = []
     for name in ("neural", "goal-seeker"):
         driver = find_controller(name)
@@ -103,6 +106,7 @@ def test_a_sweep_on_a_cluster_outlives_a_worker_and_writes_the_same_bytes(
     assert (there["solved"], there["best"]) == (alone["solved"], alone["best"])
 
 
+@pytest.mark.long
 def test_an_interrupted_sweep_on_a_cluster_is_resumed_on_this_machine(
     cluster: Cluster, client: Any, here: Path
 ) -> None:

@@ -15,7 +15,7 @@ from tests.adapters import jobs
 def test_what_goes_in_comes_out(protocol: int) -> None:
     frozen = np.arange(6.0).reshape(2, 3)
     frozen.flags.writeable = False
-    value = {"a": np.arange(5), "b": (frozen, "text", None), "c": np.arange(12)[::3]}
+    value: Any = {"a": np.arange(5), "b": (frozen, "text", None), "c": np.arange(12)[::3]}
     _, parcel = Parcel.pack(value)
     out = pickle.loads(pickle.dumps(parcel, protocol=protocol)).open()
     assert out["b"][1:] == ("text", None)

@@ -7,6 +7,8 @@ import pytest
 
 from rovernav.bench import draw_pairs, score, wilson
 from rovernav.control import GoalSeeker, SensedPlanner
+from rovernav.core import Threads
+from rovernav.learn import find_controller
 from rovernav.rover import read_rover
 from rovernav.terrain import hills
 
@@ -34,6 +36,25 @@ def test_controllers_meet_the_same_pairs_and_counts_add_up() -> None:
     assert math.isnan(report["detour"]) == (seeker.reached == 0)
     assert report["drives"] == 6
     np.testing.assert_array_equal(planner.trace.mission.start[:, :2], pairs.starts)
+
+
+@pytest.mark.parametrize("together", [1, 4, 20])
+def test_a_score_does_not_depend_on_who_drives_how_many_together(
+    together: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from rovernav.bench import _pairs
+
+    monkeypatch.setattr(_pairs, "TOGETHER", together)
+    ground = hills(np.random.default_rng(4), shape=(120, 120), cell=0.2, relief=4.0, craters=25)
+    pairs = draw_pairs(ground, read_rover("research"), 9, seed=2, nearest=5.0)
+    for driver in (GoalSeeker(), find_controller("neural")):
+        events: list[float] = []
+        whole = score(pairs, "it", driver)
+        parts = score(pairs, "it", driver, executor=Threads(2), on_event=events.append)
+        for name in ("time", "pose", "outcome", "steps", "length"):
+            assert getattr(whole.trace, name).tobytes() == getattr(parts.trace, name).tobytes()
+        assert whole.report() | {"seconds": 0} == parts.report() | {"seconds": 0}
+        assert max(events) == 1.0
 
 
 def test_pairs_come_from_the_seed_alone() -> None:

@@ -214,7 +214,7 @@ def _local_cluster(workers: int) -> Generator[Any]:
         "distributed.scheduler.http.routes": [],
         "distributed.worker.http.routes": [],
     }
-    nowhere = "127.0.0.1:0"  # where nothing is given, Dask's pages are open to all machines
+    nowhere = "127.0.0.1:0"  # any port that is free: two of these may run side by side
     with configured(settings), undisturbed(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         cluster = start(
