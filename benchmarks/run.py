@@ -20,7 +20,10 @@ from harness import machine, report, results, setup
 from harness.measure import Plan, measure, wanted
 from harness.worker import find
 
-WORKLOADS = ("online", "sweep", "firstcall", "decision", "minibatch", "dataparallel")
+WORKLOADS = (
+    *("online", "sweep", "firstcall", "decision", "minibatch", "dataparallel"),
+    *("plan", "planmaze", "planstart"),
+)
 
 
 def main() -> None:
