@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from ..rover import Standing
     from ..terrain import Terrain
 
-FILES = ("route.png", "route.csv", "route.geojson")
+PICTURE = "route.png"
+FILES = ("route.csv", "route.geojson", PICTURE)
 MAP = ".map"
 
 
@@ -45,6 +46,9 @@ def route(
     scen: Annotated[
         InFile | None, Parameter(help="MovingAI scenarios for a .map; solves every one.")
     ] = None,
+    picture: Annotated[
+        bool, Parameter(negative="--no-picture", help="Draw route.png too; takes half a second.")
+    ] = True,
     out: Out = Path("rovernav-route"),
     json: Json = False,
 ) -> int:
@@ -58,10 +62,11 @@ def route(
     Example: rovernav route yard.tif --from -3.5,1.2 --to 8,5 --rover sojourner
     """
     options = {"from": start, "to": goal, "frame": frame, "rover": rover, "cell": cell}
+    files = [out / name for name in FILES if picture or name != PICTURE]
     if ground.suffix.lower() == MAP:
         report, words = _solve(ground, scen, options), _solved
     else:
-        report, words = _plan(ground, scen, options, out), _planned
+        report, words = _plan(ground, scen, options, files), _planned
     if json:
         print_json(report)
     else:
@@ -117,7 +122,9 @@ def _solved(report: dict[str, Any]) -> None:
         f"{report['max_rel_error']:.2g}.")  # fmt: skip
 
 
-def _plan(ground: Path, scen: Path | None, options: dict[str, Any], out: Path) -> dict[str, Any]:
+def _plan(
+    ground: Path, scen: Path | None, options: dict[str, Any], files: list[Path]
+) -> dict[str, Any]:
     """A way over an elevation model."""
     from ..core import SettingError
     from ..plan import CostMap, any_angle
@@ -129,13 +136,12 @@ def _plan(ground: Path, scen: Path | None, options: dict[str, Any], out: Path) -
     for end in ("from", "to"):
         if options[end] is None:
             raise SettingError(f"a route needs --{end} X,Y as well")
-    files = [out / name for name in FILES]
     keep_apart({f"--out ({path.name})": path for path in files}, [ground, options["rover"]])
     with progress_bar("planning"):
         who = read_rover("research" if options["rover"] is None else options["rover"])
         terrain = read_terrain(ground, cell=options["cell"])
         ends = [to_point(terrain, options, end) for end in ("from", "to")]
-        claim_folder(out)
+        claim_folder(files[0].parent)
         where = standing(terrain, who)
         costs = CostMap.of(1.0, terrain.frame, forbidden=where.blocked)
         found = any_angle(costs, ends[0], ends[1])
@@ -167,12 +173,14 @@ def _write(
     files: list[Path], terrain: Terrain, where: Standing, found: Route, ends: list[Any]
 ) -> None:
     from ..export import write_route_csv, write_route_geojson
-    from ..show import draw_route
 
-    picture, table, line = files
-    draw_route(found, picture, terrain=terrain, standing=where, ends=(ends[0], ends[1]))
+    table, line, *picture = files
     write_route_csv(found, table, terrain=terrain)
     write_route_geojson(found, line, terrain=terrain)
+    if picture:
+        from ..show import draw_route
+
+        draw_route(found, picture[0], terrain=terrain, standing=where, ends=(ends[0], ends[1]))
 
 
 def _planned(report: dict[str, Any]) -> None:
