@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Generator
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -32,7 +32,7 @@ def find_browser() -> str:
 
 
 @contextlib.contextmanager
-def browsing() -> Iterator[Browser]:
+def browsing() -> Generator[Browser]:
     """A browser with a profile of its own, which is thrown away."""
     program = find_browser()
     with sync_playwright() as playwright:

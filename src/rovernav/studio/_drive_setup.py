@@ -130,9 +130,13 @@ class SetupPanel:
             for key, words in self.model.controllers().items():
                 with ui.row().classes("w-full items-center no-wrap gap-1"):
                     chosen = key in self.model.picked
-                    ui.checkbox(words, value=chosen,
-                                on_change=lambda e, k=key: self._choose(k, bool(e.value))).props(
-                        "dense size=xs").classes("rnd-pick").mark(f"pick-{key}")  # fmt: skip
+                    box = ui.checkbox(
+                        words,
+                        value=chosen,
+                        on_change=lambda e, k=key: self._choose(k, bool(e.value)),
+                    )
+                    box.props("dense size=xs").classes("rnd-pick").mark(f"pick-{key}")
+                    box.props["aria-label"] = words
                     ui.space()
                     if chosen:
                         ui.html(swatch(self.model.picked.index(key)))
