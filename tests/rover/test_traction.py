@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import fields
 from pathlib import Path
@@ -91,7 +92,7 @@ def test_uphill_costs_more_and_sand_more_than_rock() -> None:
         assert (np.diff(cost.energy) > 0.0).all()
         assert (np.diff(cost.speed) <= 1e-15).all()
     order = ("bedrock", "compacted", "crust", "loose-sand")
-    for easy, hard in zip(order, order[1:], strict=False):
+    for easy, hard in itertools.pairwise(order):
         assert (costs[easy].energy < costs[hard].energy).all()
     down = drive_cost(-up[1:], 0.0, 0.0, table, 0)
     assert (down.energy > 0.0).all()
