@@ -1,7 +1,8 @@
 """rovernav: neural path planning for planetary rovers, from an elevation model to a driven path.
 
-The rooms, from the top of the house to the ground: `cli`, `studio`, `bench`, `show`, `learn` and `export`,
-`control`, `scenes`, `mapping` and `sim`, `rover`, `terrain` and `nets`, `core` and `kernels`. A
+The rooms, from the top of the house to the ground: `cli`, `studio`, `bench`, `show`, `learn` and
+`export`, `control`, `scenes`, `mapping` and `sim`, `rover`, `terrain` and `nets`, `core` and
+`kernels`. A
 room imports only from rooms below it. Rooms load when they are first used, so ``import rovernav``
 costs next to nothing.
 """
