@@ -16,9 +16,9 @@ TEMPLATE = """\
 #   name: hills
 #   side_m: 50.0
 #   cell_m: 0.2
-#   relief_m: 4.0            # highest minus lowest height, before the craters come
+#   relief_m: 5.0            # highest minus lowest height, before the craters come
 #   hurst: 0.9               # 0.5 is jagged, 0.9 smooth
-#   craters: 25
+#   craters: 40
 # rocks: 0.05                # scatter rocks over this share of the ground, by seed
 
 # Obstacles on it, in the frame of from and to; a rover keeps its radius away from them.
