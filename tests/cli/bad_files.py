@@ -103,13 +103,26 @@ def ground_of(height: float) -> None:
         file.write(np.full((40, 60), height, np.float32), 1)
 
 
-def ground_in_feet() -> None:
+def ground_in(unit: str) -> None:
     import rasterio
 
     ground()
     with rasterio.open("ground.tif", "r+") as file:
-        file.units = ("ft",)
+        file.units = (unit,)
 
 
 def array(heights: Any) -> None:
     np.save("ground.npy", heights, allow_pickle=True)
+
+
+def picture(path: str) -> None:
+    """A grey picture."""
+    import warnings
+
+    import rasterio
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it has no coordinates
+        profile: dict[str, Any] = {"count": 1, "dtype": "uint8", "width": 5, "height": 4}
+        with rasterio.open(path, "w", driver="PNG", **profile) as file:
+            file.write(np.zeros((4, 5), np.uint8), 1)

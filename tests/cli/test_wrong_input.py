@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from tests.cli import bad_files as bad
+from tests.cli.made_cases import MADE_WRONG, PARTS
 from tests.cli.runner import run
 
 PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "wrong-input.md"
@@ -30,9 +31,9 @@ class Case(NamedTuple):
     make: Callable[[], Any] = lambda: None  # makes the files
 
 
-TABLE, NETWORK, CHECKPOINT, SCENARIO, ROVER, GROUND, TRACE, PLACE, OPTION = (
+TABLE, NETWORK, CHECKPOINT, SCENARIO, ROVER, GROUND, MADE, TRACE, PLACE, OPTION = (
     "Pattern tables", "Network files", "Checkpoints", "Scenario files", "Rover files",
-    "Elevation models", "Traces", "Where things go", "Commands and options",
+    "Elevation models", "Made ground", "Traces", "Where things go", "Commands and options",
 )  # fmt: skip
 TRAIN, DRIVE = "train table.csv", "drive drive.yaml"
 GO = "train bassil-v1 --init paper --momentum .5"
@@ -212,34 +213,36 @@ CASES = [
     Case(GROUND, "a web address", "inspect https://example.org/yard.tif",
          "FILE must be on this machine, got 'https://example.org/yard.tif'; download it first"),
     Case(GROUND, "a picture", "inspect figure.png",
-         "figure.png is a picture; inspect reads networks (.safetensors), traces (.npz) and "
-         "elevation models", of(bad.raw, "figure.png", b"\x89PNG")),
+         "figure.png is a picture; if it is a map of heights, say what its greys mean: --heights "
+         "LOW,HIGH and --cell METRES", of(bad.picture, "figure.png")),
     Case(GROUND, "text", ON,
-         "ground.tif is not an elevation file: it begins with b'heights'; give a GeoTIFF (.tif),"
-         " NumPy array (.npy), or a folder with meta.json and heights.bin",
+         "ground.tif is not an elevation file: it begins with b'heights'; give a GeoTIFF (.tif), "
+         "PDS or ISIS image, ASCII grid (.asc), NumPy array (.npy, .npz), table of numbers (.csv, "
+         ".txt), PNG with --heights, or a folder with meta.json and heights.bin",
          of(bad.raw, "ground.tif", b"heights")),
+    Case(GROUND, "a table of uneven rows", "inspect ground.csv --cell 1",
+         "ground.csv is not a grid of numbers (…); give every row as many",
+         of(bad.raw, "ground.csv", b"1 2 3\n4 5\n6 7 8\n")),
     Case(GROUND, "a pointer to other files", ON,
          "ground.tif is a VRT that only points to other files (gdal_translate IN OUT.tif makes "
-         "one file); give a GeoTIFF (.tif), NumPy array (.npy), or a folder with meta.json and "
-         "heights.bin", of(bad.raw, "ground.tif", b"<VRTDataset/>")),
+         "one file); give a GeoTIFF (.tif), …", of(bad.raw, "ground.tif", b"<VRTDataset/>")),
     Case(GROUND, "cut off", ON,
          "ground.tif is a damaged or cut-off GeoTIFF (…); fetch or export it again",
          of(bad.ground, keep=0.5)),
     Case(GROUND, "an image of three bands", ON,
          "ground.tif has 3 bands, so it is an image rather than an elevation model; give a file "
          "with one band (gdal_translate -b 1 IN OUT.tif takes the first)", of(bad.ground, count=3)),
-    Case(GROUND, "in degrees", ON,
-         "ground.tif is in degrees; reproject it to metres first (gdalwarp -t_srs 'EPSG:326ZZ' "
-         "IN OUT.tif on Earth, or an equirectangular system)", of(bad.ground, crs="EPSG:4326")),
-    Case(GROUND, "heights in feet", ON,
-         "ground.tif has heights in 'ft'; convert them to metres first", bad.ground_in_feet),
+    Case(GROUND, "degrees beyond the pole", ON,
+         "ground.tif has its middle at (1493, -991), which is no place in its coordinate system "
+         "WGS 84; assign the right one (gdal_edit.py -a_srs EPSG:NUMBER FILE)",
+         of(bad.ground, crs="EPSG:4326", cells=(50.0, 0.0, 0.0, -50.0))),
+    Case(GROUND, "heights in an unknown unit", ON,
+         "ground.tif has heights in 'furlong', not in m, km, cm, mm, ft or us-ft; convert them to "
+         "metres first", of(bad.ground_in, "furlong")),
     Case(GROUND, "rotated", ON,
          "ground.tif is rotated or mirrored (geotransform (0.4, 0.3, -7.0, 0.3, -0.4, 9.0)); "
          "turn it north-up first (gdalwarp IN OUT.tif)",
          of(bad.ground, cells=(0.4, 0.3, 0.3, -0.4))),
-    Case(GROUND, "cells that are not square", ON,
-         "ground.tif has cells of 0.5 x 0.7, not squares; resample it first (gdalwarp -tr SIZE "
-         "SIZE IN OUT.tif)", of(bad.ground, cells=(0.5, 0.0, 0.0, -0.7))),
     Case(GROUND, "no height at all", ON,
          "GeoTIFF ground.tif: every height is missing; check the file's nodata value",
          of(bad.ground_of, -9999.0)),
@@ -272,6 +275,7 @@ CASES = [
          "0.05", bad.ground),
     Case(GROUND, "no goal", "drive --terrain ground.tif --from -5,-8",
          "--terrain needs --to X,Y as well"),
+    *[Case(kind, *one) for kind, cases in ((GROUND, PARTS), (MADE, MADE_WRONG)) for one in cases],
     Case(TRACE, "missing", "inspect trace.npz", "there is no file at trace.npz; check the path"),
     Case(TRACE, "cut off", "inspect trace.npz",
          "trace.npz is not a trace, or is damaged", of(bad.trace, 0.7)),
@@ -349,7 +353,8 @@ CASES = [
     Case(OPTION, "a cell of no size", "inspect ground.npy --cell 0",
          "--cell must be a positive number of metres, got '0'"),
     Case(OPTION, "a cell for a network", "inspect net.safetensors --cell 1",
-         "--cell goes only with a .npy terrain; net.safetensors is a network", bad.network),
+         "--cell goes only with a terrain that does not say it; net.safetensors is a network",
+         bad.network),
     Case(OPTION, "an outcome that is none", "drive bassil-v1 --require reachd",
          "--require 'reachd' is no outcome; did you mean 'reached'? Allowed: collided, "
          "high_centred, left_map, reached, stuck, timed_out, tipped."),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -24,17 +26,56 @@ from rovernav.learn import (
     shipped_patterns,
 )
 from rovernav.nets import load_network, save_network
+from rovernav.terrain import (
+    open_raster,
+    quality,
+    read_occupancy,
+    read_recipe,
+    read_terrain,
+    recipe_of,
+)
+from tests.terrain.test_formats import pds3
 
 TABLE, ONLINE = shipped_patterns("bassil-v1"), OnlineSettings()
+
+
+def ground(path: Path, **given: Any) -> Any:
+    """Read elevations, and judge them; what is large is only opened."""
+    raster = open_raster(path, **given)
+    return quality(read_terrain(path, **given)) if math.prod(raster.frame.shape) < 1e6 else raster
+
+
 READERS: dict[str, Callable[[Path], Any]] = {
     "network": load_network,
     "training": lambda path: load_training(path, ONLINE, TABLE),
     "patterns": read_patterns,
     "patterns of two inputs": lambda path: read_patterns(path, inputs=2),
     "yaml": lambda path: read_yaml(path, what="scenario file"),
+    "geotiff": ground,
+    "ascii grid": ground,
+    "table": lambda path: ground(path, cell=1.0),
+    "array": lambda path: ground(path, cell=1.0),
+    "archive": ground,
+    "png": lambda path: ground(path, cell=1.0, heights=(0.0, 9.0)),
+    "pds3": ground,
+    "isis": ground,
+    "pds4": ground,
+    "recipe": lambda path: recipe_of(read_recipe(path), source="the file"),
+    "world": read_occupancy,
+    "worlds": lambda path: read_occupancy(path, world=5),
 }
+GROUND: dict[str, tuple[str, dict[str, Any]]] = {
+    "geotiff": ("GTiff", {"crs": "EPSG:32630"}), "ascii grid": ("AAIGrid", {}), "png": ("PNG", {}),
+    "isis": ("ISIS3", {"crs": "EPSG:32630"}), "pds4": ("PDS4", {"crs": "EPSG:32630"}),
+}  # fmt: skip
 CSV = b'# c\nin:a,"in:b",out:c\n1,2.5e-3,-4\n.5,"6",7\n'
 YAML = b"a: 1e-3\nb: [no, 010, {c: 'x'}]\n? d\n: |\n  text\ne: &f *f\ng: !!int 3\n2012-11-26: ~\n"
+RECIPE = b"size_m: [20, 20]\nrelief: {hurst: 0.7}\ncraters: {body: mars}\nrocks: 0.05\n"
+WORLD = (
+    b"<sdf version='1.6'><world name='w'><model name='c'><pose>-1 1 0 0 0 0</pose><link>"
+    b"<collision><geometry><cylinder/></geometry></collision></link></model></world></sdf>"
+)
+TEXTS = {"yaml": YAML, "recipe": RECIPE, "world": WORLD, "table": b"1 2 3\n4 5 6\n7 8 9.5\n"}
 WORDS = [b"\0", b"\xff", b"\xef\xbb\xbf", b"\r", b"\n", b'"', b"'", b",", b"#", b"[", b"{", b"NaN",
          b"1e999", b"_", b"-", b"null", b": ", b"!!float ''", b"!!set {a}", b"&a ", b"*a", b"<<: ",
          b"9" * 30, b"\xf0\x9f\x9a\x99", b"\\ud800"]  # fmt: skip
@@ -54,17 +95,62 @@ def whole(name: str, folder: Path) -> bytes:
     if name == "training":
         save_training(Training.fresh(paper_network()), ONLINE, TABLE, path)
         return path.read_bytes()
-    return YAML if name == "yaml" else CSV
+    if name in GROUND:
+        return gdal_file(name, folder)
+    if name in ("array", "archive", "worlds"):
+        return arrays(name, path)
+    if name == "pds3":
+        return pds3(folder).read_bytes()
+    return TEXTS.get(name, CSV)
+
+
+def gdal_file(name: str, folder: Path) -> bytes:
+    import rasterio
+    import rasterio.shutil
+
+    driver, more = GROUND[name]
+    z = np.arange(30).reshape(5, 6).astype(np.uint8 if name == "png" else np.float32)
+    place: dict[str, Any] = (
+        {} if name == "png" else {"transform": rasterio.Affine(2, 0, 4e5, 0, -2, 4e6)}
+    )
+    path = folder / ("whole.xml" if name == "pds4" else "whole.x")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # pictures have no coordinates
+        if driver in ("AAIGrid", "PNG"):  # these can only be copied
+            with rasterio.MemoryFile() as memory:
+                with memory.open(driver="GTiff", width=6, height=5, count=1, dtype=z.dtype,
+                                 **place) as data:  # fmt: skip
+                    data.write(z, 1)
+                rasterio.shutil.copy(memory.name, path, driver=driver)
+        else:
+            with rasterio.open(path, "w", driver=driver, width=6, height=5, count=1,
+                               dtype=z.dtype, **place, **more) as data:  # fmt: skip
+                data.write(z, 1)
+    return path.read_bytes()
+
+
+def arrays(name: str, path: Path) -> bytes:
+    z = np.arange(30.0).reshape(5, 6)
+    with path.open("wb") as file:
+        if name == "array":
+            np.save(file, z)
+        elif name == "archive":
+            np.savez(file, elevation=z, cell=2.0)
+        else:
+            np.savez(file, world_ids=np.array([0, 5]), cyl_005=np.array([[-1.0, 1.0]]),
+                     grid_005=np.zeros((30, 64), np.uint8))  # fmt: skip
+    return path.read_bytes()
 
 
 def check(name: str, folder: Path, content: bytes) -> None:
     path = folder / "file"
+    path.with_name("file.aux.xml").unlink(missing_ok=True)  # GDAL reads it, if it lies there
     path.write_bytes(content)
     try:
         READERS[name](path)
     except RovernavError as error:
         said = str(error)
-        if "file" not in said or "\n" in said or len(said) > 600:
+        if ("file" not in said and "too little" not in said) or "\n" in said or len(said) > 600:
             pytest.fail(f"not one short sentence that names the file: {said}")
 
 

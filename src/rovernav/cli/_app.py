@@ -25,6 +25,7 @@ from ._studio import studio
 from ._sweep import sweep
 from ._teach import teach
 from ._template import template
+from ._terrain import TERRAIN, terrain
 from ._train import train
 
 OK, FAILURE, BAD_INPUT = 0, 1, 2
@@ -38,10 +39,13 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "compare": compare,
     "teach": teach,
     "template": template,
+    "terrain": terrain,
     "inspect": inspect,
     "demo": demo,
     "studio": studio,
 }
+GROUPS: dict[str, dict[str, Callable[..., int]]] = {"terrain": TERRAIN}
+"""Commands that only hold others; their own docstring is the help of the group."""
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG)
 """What a user's other words would not mend."""
 
@@ -57,7 +61,11 @@ def run(arguments: Sequence[str] | None = None) -> int:
         if sys.stdout is not None:
             sys.stdout.flush()
     except CycloptsError as error:
-        return complain(sentence(error, COMMANDS), BAD_INPUT, hint=_help_for(words))
+        return complain(
+            sentence(error, GROUPS.get(words[0], COMMANDS) if words else COMMANDS),
+            BAD_INPUT,
+            hint=_help_for(words),
+        )
     except BrokenPipeError:  # the reader of a pipe has gone: nothing is left to say
         _forget_output()
         return OK
@@ -78,7 +86,14 @@ def _app() -> App:
         help_epilogue="Start with: rovernav paper, then rovernav drive --help.",
     )
     for name, command in COMMANDS.items():
-        app.command(command, name=name, help=_paragraphs(command), help_epilogue="")
+        text = _paragraphs(command)
+        if name not in GROUPS:
+            app.command(command, name=name, help=text, help_epilogue="")
+            continue
+        group = App(name=name, help=text, help_format="plaintext", help_epilogue="")
+        for inner, one in GROUPS[name].items():
+            group.command(one, name=inner, help=_paragraphs(one), help_epilogue="")
+        app.command(group)
     return app
 
 
@@ -120,4 +135,6 @@ def _print_any_name() -> None:
 
 
 def _help_for(words: list[str]) -> str:
-    return " ".join(["See: rovernav", *(word for word in words[:1] if word in COMMANDS), "--help"])
+    known = [word for word in words[:1] if word in COMMANDS]
+    known += [word for word in words[1:2] if word in GROUPS.get(words[0], {})]
+    return " ".join(["See: rovernav", *known, "--help"])

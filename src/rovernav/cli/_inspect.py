@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,20 +9,23 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from ._console import print_json, print_pairs, print_table, progress_bar, say
+from ._ground import print_ground, print_map, read_ground, read_map
 from ._judge import Judging, judge
-from ._options import Cell, InFile, Json
+from ._options import Cell, Grey, InFile, Json, SouthFirst, Whole, numbers
 
 if TYPE_CHECKING:
     from ..nets import Network
     from ..sim import Trace
-    from ..terrain import Terrain
 
 
 def inspect(
-    file: Annotated[InFile, Parameter(help="A network, trace or terrain file.")],
+    file: Annotated[InFile, Parameter(help="A network, trace, terrain or map file.")],
     /,
     *,
     cell: Cell | None = None,
+    heights: Grey | None = None,
+    south_first: SouthFirst = False,
+    world: Annotated[Whole | None, Parameter(help="Which world of an archive of maps.")] = None,
     rover: Annotated[
         str | None,
         Parameter(help="Judge a terrain for this rover: a preset, or a .yaml file of your own."),
@@ -49,7 +51,10 @@ def inspect(
     ] = None,
     json: Json = False,
 ) -> int:
-    """Say what a network, trace or terrain file holds.
+    """Say what a network, trace, terrain or map file holds, and what to beware of.
+
+    Of an elevation model it tells where it lies, how steep it is, and how far its heights can be
+    trusted: holes, steps of rounding, noise between posts.
 
     With --rover a terrain is judged for that rover: where it can stand, slope, roughness, steps,
     slip, energy.
@@ -59,16 +64,21 @@ def inspect(
     from ..core import SettingError
 
     kind = _kind(file)
-    if cell is not None and kind != "terrain":
-        raise SettingError(f"--cell goes only with a .npy terrain; {file} is a {kind}")
+    given = {"cell": cell, "heights": numbers("--heights", heights, 2)}
+    given |= {"south-first": south_first or None, "world": world}
+    for option, item in given.items():
+        if item is not None and kind != ("map" if option == "world" else "terrain"):
+            goes = "an archive of maps" if option == "world" else "a terrain"
+            also = " that does not say it" if option == "cell" else ""
+            raise SettingError(f"--{option} goes only with {goes}{also}; {file} is a {kind}")
     asked = Judging(rover=rover, soil=soil, heading=heading, turns=turns, pictures=layers)
     if rover is not None:
         if kind != "terrain":
             raise SettingError(f"--rover goes only with a terrain; {file} is a {kind}")
-        return judge(file, cell, asked, explain=explain, json=json)
+        return judge(file, given, asked, explain=explain, json=json)
     asked.needs_a_rover(explain=explain)
     with progress_bar("reading"):
-        report = _READERS[kind](file, cell)
+        report = _READERS[kind](file, given)
     if json:
         print_json({"kind": kind, "file": file, **report})
     else:
@@ -90,25 +100,42 @@ def _kind(file: Path) -> str:
     except OSError as error:
         raise FileError(f"cannot read {file}: {error.strerror}") from error
     if head.startswith(b"PK") or file.suffix.lower() == ".npz":
-        return "trace"
+        return _archive(file)
+    if head.startswith(b"\x1f\x8b") or head.lstrip().startswith((b"<sdf", b"<?xml version=")):
+        return _world_or_label(file)
     if head[8:10] == b'{"' or file.suffix.lower() == ".safetensors":
         return "network"
+    if file.suffix.lower() in (".yaml", ".yml"):
+        return "map"
     if not head.startswith((b"II", b"MM", b"\x93NUMPY")) and file.suffix.lower() in _TEXTS:
         raise FileError(f"{file} is {_TEXTS[file.suffix.lower()]}; {_KNOWN}")
     return "terrain"
 
 
-_KNOWN = "inspect reads networks (.safetensors), traces (.npz) and elevation models"
-_TEXTS = {
-    ".csv": "a table of text, which any editor shows",
-    ".geojson": "a path, which any map program shows",
-    ".png": "a picture",
-    ".yaml": "text, which any editor shows",
-    ".yml": "text, which any editor shows",
-}
+def _archive(file: Path) -> str:
+    """What a zip archive of arrays holds, by their names."""
+    import zipfile
+
+    try:
+        with zipfile.ZipFile(file) as archive:
+            names = {name.removesuffix(".npy") for name in archive.namelist()}
+    except (OSError, zipfile.BadZipFile):
+        return "trace"
+    if "world_ids" in names:
+        return "map"
+    return "terrain" if names & {"elevation", "heights", "height", "dem", "z"} else "trace"
 
 
-def _read_network(file: Path, cell: float | None) -> dict[str, Any]:
+def _world_or_label(file: Path) -> str:
+    with file.open("rb") as stream:
+        return "terrain" if b"<Product_Observational" in stream.read(4096) else "map"
+
+
+_KNOWN = "inspect reads networks (.safetensors), traces (.npz), elevation models and maps"
+_TEXTS = {".geojson": "a path, which any map program shows"}
+
+
+def _read_network(file: Path, given: Mapping[str, Any]) -> dict[str, Any]:
     from ..nets import load_network, topology_text, weights_sha256
 
     network = load_network(file)
@@ -144,7 +171,7 @@ def _layers(network: Network) -> list[dict[str, Any]]:
     ]
 
 
-def _read_trace(file: Path, cell: float | None) -> dict[str, Any]:
+def _read_trace(file: Path, given: Mapping[str, Any]) -> dict[str, Any]:
     import numpy as np
 
     from ..core import Outcome
@@ -164,31 +191,6 @@ def _read_trace(file: Path, cell: float | None) -> dict[str, Any]:
         "seed": trace.seed,
         "settings": dict(trace.settings),
         "rovernav": trace.version,
-    }
-
-
-def _read_terrain(file: Path, cell: float | None) -> dict[str, Any]:
-    import numpy as np
-
-    from ..terrain import read_terrain, slope
-
-    terrain: Terrain = read_terrain(file, cell=cell)
-    frame = terrain.frame
-    steep = slope(terrain)
-    degrees = np.degrees(steep[np.isfinite(steep)])
-    at = np.percentile(degrees, (50, 95, 99)) if degrees.size else np.full(3, math.nan)
-    return {
-        "source": terrain.source,
-        "columns": frame.shape[1],
-        "rows": frame.shape[0],
-        "cell_m": frame.cell,
-        "size_m": frame.extent,
-        "bounds": [*frame.origin, *frame.to_map(*frame.extent)],
-        "lowest_m": terrain.span[0],
-        "highest_m": terrain.span[1],
-        "with_data": terrain.finite,
-        "slope_deg": dict(zip(("p50", "p95", "p99"), map(float, at), strict=True)),
-        "crs": _crs_name(frame.crs),
     }
 
 
@@ -239,42 +241,17 @@ def _print_trace(file: Path, report: dict[str, Any]) -> None:
         print_pairs(_pairs(report["settings"]))
 
 
-def _print_terrain(file: Path, report: dict[str, Any]) -> None:
-    say(f"{file}: an elevation model\n")
-    x0, y0, x1, y1 = report["bounds"]
-    width, height = report["size_m"]
-    slopes = " / ".join(f"{deg:.1f}" for deg in report["slope_deg"].values())
-    print_pairs(
-        [
-            ("source", report["source"]),
-            ("cells", f"{report['columns']:,} x {report['rows']:,} (columns x rows)"),
-            ("cell", f"{report['cell_m']:.6g} m"),
-            ("size", f"{width:.6g} m x {height:.6g} m"),
-            ("x", f"{x0:.10g} to {x1:.10g}"),
-            ("y", f"{y0:.10g} to {y1:.10g}"),
-            ("heights", f"{report['lowest_m']:.6g} m to {report['highest_m']:.6g} m"),
-            ("with data", f"{report['with_data']:.2%}"),
-            ("slope p50 / p95 / p99", f"{slopes} deg"),
-            ("coordinate system", report["crs"] or "none"),
-        ]
-    )
-
-
-_READERS = {"network": _read_network, "trace": _read_trace, "terrain": _read_terrain}
-_WRITERS = {"network": _print_network, "trace": _print_trace, "terrain": _print_terrain}
+_READERS = {
+    "network": _read_network, "trace": _read_trace, "terrain": read_ground, "map": read_map,
+}  # fmt: skip
+_WRITERS = {
+    "network": _print_network, "trace": _print_trace, "terrain": print_ground, "map": print_map,
+}  # fmt: skip
 
 
 def short(digest: str) -> str:
     """A hash short enough for a line; --json has the whole."""
     return f"{digest[:12]}..."
-
-
-def _crs_name(wkt: str | None) -> str | None:
-    """The name that stands first in a WKT."""
-    if not wkt:
-        return None
-    parts = wkt.split('"')
-    return parts[1] if len(parts) > 2 else wkt[:60]
 
 
 def _with_units(names: tuple[str, ...], units: tuple[str, ...]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -46,7 +47,9 @@ class Judging:
                 raise SettingError(f"{name} needs a rover to judge the terrain for; add --rover")
 
 
-def judge(file: Path, cell: float | None, asked: Judging, *, explain: bool, json: bool) -> int:
+def judge(
+    file: Path, given: Mapping[str, Any], asked: Judging, *, explain: bool, json: bool
+) -> int:
     """Judge a terrain, say how, and draw its layers if asked to."""
     from ..core import SettingError
     from ..rover import hazards, read_rover
@@ -59,7 +62,10 @@ def judge(file: Path, cell: float | None, asked: Judging, *, explain: bool, json
     rover = read_rover(asked.rover or "")
     heading = None if asked.heading is None else math.radians(asked.heading)
     with progress_bar("judging"):
-        terrain = read_terrain(file, cell=cell)
+        terrain = read_terrain(
+            file, cell=given["cell"], heights=given["heights"],
+            south_first=bool(given["south-first"]),
+        )  # fmt: skip
         found = hazards(terrain, rover, soil=asked.soil, heading=heading, turns=asked.turns)
         report = _report(file, terrain, found)
     files: list[Path] = []

@@ -65,6 +65,25 @@ def _cell(_kind: Any, tokens: Sequence[Any]) -> float:
     return side
 
 
+def numbers(option: str, text: str | None, count: int) -> Any:
+    """So many finite numbers with commas between them; None where nothing was given.
+
+    Raises:
+        SettingError: `text` is something else.
+    """
+    from ..core import SettingError
+
+    if text is None:
+        return None
+    try:
+        found = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        found = ()
+    if len(found) != count or not all(map(math.isfinite, found)):
+        raise SettingError(f"{option} must be {count} numbers with commas between, got {text!r}")
+    return found
+
+
 InFile = Annotated[Path, Parameter(converter=_file)]
 OutFile = Annotated[Path, Parameter(converter=_file)]
 OutFileOrDash = Annotated[Path, Parameter(converter=_file_or_dash, allow_leading_hyphen=True)]
@@ -86,4 +105,12 @@ Seed = Annotated[SeedValue, Parameter(help="Seed of everything random; same seed
 Cell = Annotated[
     float,
     Parameter(converter=_cell, help="Cell of a .npy terrain, which does not say its own [m]."),
+]
+Grey = Annotated[
+    str,
+    Parameter(allow_leading_hyphen=True, help="Heights LOW,HIGH [m] of the greys of a picture."),
+]
+SouthFirst = Annotated[
+    bool,
+    Parameter(negative="", show_default=False, help="Row 0 of a table or array is the south edge."),
 ]

@@ -7,6 +7,10 @@ import numpy as np
 from .errors import InputError
 from .values import value
 
+Axes = tuple[tuple[float, float], tuple[float, float]]
+PLAIN: Axes = ((1.0, 0.0), (0.0, 1.0))
+"""Map coordinates that are local metres counted from another place."""
+
 
 @value
 class Frame:
@@ -16,28 +20,46 @@ class Frame:
     is the south-west corner of cell (0, 0); cell (i, j) covers ``[j, j+1] x [i, i+1]`` times
     `cell`. Poses are local float64 metres, because eastings are too large for short floats.
 
+    A projection's metres are rarely true ones, and some maps count in degrees or feet. Local metres
+    are true; `axes` says how many map units one of them is, so that ``map = origin + axes @ local``
+    holds exactly both ways.
+
     Attributes:
         cell: Side of a cell [m].
         shape: Rows and columns (h, w).
-        origin: Map coordinates (x, y) of the local (0, 0) [m].
+        origin: Map coordinates (x, y) of the local (0, 0) [map units].
         crs: Coordinate reference system as WKT, or None where the grid has none.
+        axes: Map units per local metre: ((x along x, x along y), (y along x, y along y)).
     """
 
     cell: float
     shape: tuple[int, int]
     origin: tuple[float, float] = (0.0, 0.0)
     crs: str | None = None
+    axes: Axes = PLAIN
 
     def _check(self) -> None:
         if not (np.isfinite(self.cell) and self.cell > 0):
             raise InputError(f"a cell must be a positive number of metres, got {self.cell!r}")
         if min(self.shape) < 1:
             raise InputError(f"a grid needs at least one row and column, got shape {self.shape}")
+        if not (np.isfinite(self.axes).all() and self._area > 0):
+            raise InputError(f"the axes of a frame must span an area, got {self.axes}")
+
+    @property
+    def _area(self) -> float:
+        (xx, xy), (yx, yy) = self.axes
+        return xx * yy - xy * yx
 
     @property
     def extent(self) -> tuple[float, float]:
         """Width along x and height along y [m]."""
         return self.shape[1] * self.cell, self.shape[0] * self.cell
+
+    @property
+    def map_cell(self) -> tuple[float, float]:
+        """Width and height of a cell in map units."""
+        return self.cell * self.axes[0][0], self.cell * self.axes[1][1]
 
     def contains(self, x: float, y: float) -> bool:
         """Whether the local point (x, y) [m] lies on the grid, its edge included."""
@@ -55,8 +77,21 @@ class Frame:
 
     def to_local(self, x: float, y: float) -> tuple[float, float]:
         """Local metres of the map coordinates (x, y)."""
-        return x - self.origin[0], y - self.origin[1]
+        x, y = x - self.origin[0], y - self.origin[1]
+        if self.axes == PLAIN:
+            return x, y
+        (xx, xy), (yx, yy) = self.axes
+        return (yy * x - xy * y) / self._area, (xx * y - yx * x) / self._area
 
     def to_map(self, x: float, y: float) -> tuple[float, float]:
         """Map coordinates of the local point (x, y) [m]."""
+        if self.axes != PLAIN:
+            (xx, xy), (yx, yy) = self.axes
+            x, y = xx * x + xy * y, yx * x + yy * y
         return x + self.origin[0], y + self.origin[1]
+
+    def part(self, row: int, column: int, shape: tuple[int, int], factor: int = 1) -> Frame:
+        """The frame of a part: its first row and column, its shape, `factor` cells to one."""
+        corner = self.to_map(column * self.cell, row * self.cell)
+        cell = self.cell * factor
+        return Frame(cell=cell, shape=shape, origin=corner, crs=self.crs, axes=self.axes)

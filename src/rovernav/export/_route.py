@@ -33,8 +33,7 @@ def write_route_csv(route: Route, path: Path, *, terrain: Terrain | None = None)
     header, columns = ["distance_m", "x_m", "y_m"], [along, x, y]
     if terrain is not None:
         header += ["map_x", "map_y", "elevation_m"]
-        east, north = terrain.frame.origin
-        columns += [x + east, y + north, terrain.elevation_at(x, y)]
+        columns += [*terrain.frame.to_map(x, y), terrain.elevation_at(x, y)]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(header)

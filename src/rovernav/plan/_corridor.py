@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core import F32, U8, Frame
+from ..core import F32, U8
 from ..kernels import marching as k
 from ..kernels import pooling
 from ._costs import CostMap
@@ -29,10 +29,7 @@ def coarsened(costs: CostMap, block: int = BLOCK) -> CostMap:
     shape = (-(-h // block), -(-w // block))
     cost = np.empty(shape, np.float32)
     pooling.pool(costs.cost, block, cost)
-    frame = Frame(
-        cell=costs.frame.cell * block, shape=shape, origin=costs.frame.origin, crs=costs.frame.crs
-    )
-    return CostMap(frame=frame, cost=cost, unit=costs.unit)
+    return CostMap(frame=costs.frame.part(0, 0, shape, block), cost=cost, unit=costs.unit)
 
 
 def corridor(costs: CostMap, start: Point, goal: Point, slack: float) -> tuple[U8, float] | None:

@@ -12,7 +12,7 @@ from ..core import ShapeError
 from ..rover import Layer, Standing
 from ..terrain import Terrain
 from ._canvas import footer, heading, in_metres, picture
-from ._map import colour_bar, forbidden_legend, origin_words, scale_bar
+from ._map import colour_bar, forbidden_legend, northward, origin_words, scale_bar
 from ._relief import draw_forbidden, draw_relief, piece_of
 
 if TYPE_CHECKING:
@@ -71,7 +71,8 @@ def draw_layer(
         )  # fmt: skip
         reasons = [] if standing is None else draw_forbidden(axes, piece, standing)
         width, height = terrain.frame.extent
-        scale_bar(axes, (0.0, 0.0, width, height), np.array([[width, height]]))
+        corner = np.array([[width, height]])
+        scale_bar(axes, (0.0, 0.0, width, height), corner, northward(terrain.frame))
         in_metres(axes)
         axes.set(xlim=(0.0, width), ylim=(0.0, height))
         heading(figure, f"{terrain.name}: {layer.name}")

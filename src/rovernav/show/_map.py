@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core import F64, Frame
+from ..core import F64, Frame, InputError
 from ..rover import Reason
-from ..terrain import Terrain
+from ..terrain import Terrain, true_north
 from ._canvas import INK
 from ._relief import WHY, Window
 
@@ -39,8 +39,15 @@ def window_around(points: F64, frame: Frame, *, margin: float = 0.3) -> Window:
     return west, south, west + float(size[0]), south + float(size[1])
 
 
-def scale_bar(axes: Axes, window: Window, busy: F64) -> None:
-    """A scale bar with a north arrow, in the corner farthest from the points `busy` (p, 2) [m]."""
+def scale_bar(axes: Axes, window: Window, busy: F64, north: float = 0.0) -> None:
+    """A scale bar with a north arrow, in the corner farthest from the points `busy` (p, 2) [m].
+
+    Args:
+        axes: The picture.
+        window: What it shows [m].
+        busy: Points to keep away from.
+        north: Direction of true north, clockwise from up [rad].
+    """
     u = _unit(window)
     length = round_length(min(20.0 * u, 0.4 * (window[2] - window[0])))
     x, y = _free_corner(window, busy, length)
@@ -53,11 +60,36 @@ def scale_bar(axes: Axes, window: Window, busy: F64) -> None:
     axes.plot([x, x + length], [y, y], color=INK, lw=3.5, solid_capstyle="butt", zorder=9)
     text = f"{length / 1000:g} km" if length >= 1000 else f"{length:g} m"
     axes.text(x + length / 2, y + u, text, ha="center", va="bottom", zorder=9)
+    _north_arrow(axes, (x + length + 5.5 * u, low, top, u), north)
+
+
+def _north_arrow(axes: Axes, place: tuple[float, float, float, float], north: float) -> None:
+    """An arrow to true north, in a column of the scale bar: its middle, low, top, and unit."""
+    x, low, top, u = place
+    if abs(north) < math.radians(0.5):
+        axes.annotate(
+            "N", (x, top - 0.6 * u), (0, -26), textcoords="offset points",
+            ha="center", va="bottom", fontsize=8.5, fontweight="bold", zorder=9,
+            arrowprops={"arrowstyle": "-|>", "color": INK, "shrinkA": 0, "shrinkB": 0},
+        )  # fmt: skip
+        return
+    y, half = (low + top) / 2.0, 0.36 * (top - low)
+    east, up = half * math.sin(north), half * math.cos(north)
     axes.annotate(
-        "N", (x + length + 5.5 * u, top - 0.6 * u), (0, -26), textcoords="offset points",
-        ha="center", va="bottom", fontsize=8.5, fontweight="bold", zorder=9,
+        "", (x + 0.9 * east, y + 0.9 * up), (x - 0.2 * east, y - 0.2 * up), zorder=9,
         arrowprops={"arrowstyle": "-|>", "color": INK, "shrinkA": 0, "shrinkB": 0},
     )  # fmt: skip
+    axes.text(x - 0.55 * east, y - 0.55 * up, "N", ha="center", va="center", fontsize=8.5,
+              fontweight="bold", zorder=9)  # fmt: skip
+
+
+def northward(frame: Frame) -> float:
+    """Direction of true north in the middle of a grid, clockwise from its +y [rad]."""
+    width, height = frame.extent
+    try:
+        return true_north(frame.crs, *frame.to_map(width / 2.0, height / 2.0))
+    except InputError:  # a coordinate system that nobody can place still makes a picture
+        return 0.0
 
 
 def round_length(length: float) -> float:
@@ -112,6 +144,8 @@ def origin_words(terrain: Terrain) -> str:
         return "Local metres; the map has no coordinate system."
     named = re.search(r'"([^"]*)"', terrain.frame.crs)
     name = named.group(1) if named else "its coordinate system"
+    if terrain.frame.axes[0][0] < 0.01:  # degrees
+        return f"Local (0, 0) m is ({x:.6f}, {y:.6f}) deg in {name}."
     return f"Local (0, 0) m is ({x:.2f}, {y:.2f}) m in {name}."
 
 

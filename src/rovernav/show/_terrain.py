@@ -10,7 +10,7 @@ import numpy as np
 from ..rover import Reason, Standing
 from ..terrain import Terrain
 from ._canvas import footer, heading, in_metres, picture
-from ._map import colour_bar, forbidden_legend, origin_words, scale_bar
+from ._map import colour_bar, forbidden_legend, northward, origin_words, scale_bar
 from ._relief import WHY, draw_forbidden, draw_relief, piece_of
 
 if TYPE_CHECKING:
@@ -40,7 +40,8 @@ def draw_terrain(
             [] if standing is None else _legend(draw_forbidden(axes, piece, standing), standing)
         )
         width, height = terrain.frame.extent
-        scale_bar(axes, (0.0, 0.0, width, height), np.array([[width, height]]))
+        corner = np.array([[width, height]])
+        scale_bar(axes, (0.0, 0.0, width, height), corner, northward(terrain.frame))
         in_metres(axes)
         axes.set(xlim=(0.0, width), ylim=(0.0, height))
         heading(figure, title or terrain.name)

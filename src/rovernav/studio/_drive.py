@@ -19,7 +19,7 @@ from ..core import FileError, RovernavError, SettingError, suggest
 from ..learn import controller_names, find_controller, rover_of, usual_rover
 from ..nets import Network, parse_network
 from ..rover import presets, read_rover
-from ..terrain import read_terrain
+from ..terrain import open_raster
 from ._drive_keep import UPLOADS, kept_drive, world_from
 from ._drive_run import DriveRun, Entry, Pick
 from ._drive_world import Obstacle, Surfaces, World, checked, flat_worlds
@@ -166,7 +166,12 @@ class DriveModel:
         shown = _free_name("".join(c for c in name if c.isprintable())[:60], self.files)
         world = World(ground="file", file=path, cell=cell, title=shown)
         try:
-            read_terrain(path, cell=cell, most_cells=MOST_CELLS)
+            rows, columns = open_raster(path, cell=cell).frame.shape
+            if rows * columns > MOST_CELLS:
+                raise FileError(
+                    f"{shown} has {columns:,} x {rows:,} cells, more than {MOST_CELLS:,}; crop it "
+                    "first (gdal_translate -srcwin XOFF YOFF WIDTH HEIGHT IN OUT.tif)"
+                )
             self.surfaces.terrain(world)
         except RovernavError as error:
             path.unlink(missing_ok=True)

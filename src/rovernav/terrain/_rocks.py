@@ -15,12 +15,15 @@ import numpy as np
 from ..core import F64, Frame, SettingError, ShapeError, value
 from ..kernels import rocks as k
 from ._elevation import Terrain
+from ._strewn import Class, expected, size_classes, strewn
 
 LEAST, MOST = 0.005, 0.4
 """Range of rock abundance: from almost none to the rockiest ground the law was fitted to."""
 
 MAX_ROCKS = 20_000_000
 HEIGHT_TO_DIAMETER = 0.5
+CHANNEL = 17
+"""Keeps the rocks of a seed apart from its craters."""
 
 
 @value
@@ -107,6 +110,69 @@ def scatter_rocks(
         diameter=diameter,
         height=HEIGHT_TO_DIAMETER * diameter,
     )
+
+
+def rock_count(diameter: float, abundance: float) -> float:
+    """How many rocks of at least `diameter` [m] lie on a square metre: the integral of dN.
+
+    N(D) = (4 k q / pi) (exp(-q D) / D - q E1(q D)), E1 being the exponential integral.
+    """
+    from scipy.special import exp1
+
+    q = _steepness(abundance)
+    bare = math.exp(-q * diameter) / diameter - q * float(exp1(q * diameter))
+    return 4.0 * abundance * q / math.pi * bare
+
+
+@value
+class RockField:
+    """Rocks over an endless plane, by the same law as `scatter_rocks`.
+
+    Attributes:
+        abundance: Share of the ground that rocks of all sizes cover.
+        smallest: Least diameter [m].
+        largest: Greatest diameter [m].
+    """
+
+    abundance: float
+    smallest: float
+    largest: float
+
+    def _check(self) -> None:
+        _check_abundance(self.abundance)
+        _check_sizes(self.smallest, self.largest)
+
+    def classes(self) -> list[Class]:
+        """Sizes and tiles."""
+        return size_classes(self._count, self.smallest, self.largest)
+
+    @property
+    def cover(self) -> float:
+        """Share of the ground that rocks of these sizes cover on average."""
+        small, large = (rock_cover(d, self.abundance) for d in (self.smallest, self.largest))
+        return small - large
+
+    def expected(self, area: float) -> float:
+        """How many middles lie on an area [m^2] on average."""
+        return expected(self.classes(), area)
+
+    def raise_on(self, out: F64, corner: tuple[float, float], cell: float, seed: int) -> F64:
+        """Set the rocks onto `out` (h, w) [m]; returns (n, 4) x, y, diameter [m] and chance.
+
+        A cell rises as in `with_rocks`.
+        """
+        (x, y), (h, w) = corner, out.shape
+        window = (x, y, x + w * cell, y + h * cell)
+        rows = strewn(self.classes(), self._count, window, reach=0.5, seed=(seed, CHANNEL))
+        columns = ((rows[:, 0] - x) / cell, (rows[:, 1] - y) / cell, rows[:, 2] / (2.0 * cell),
+                   HEIGHT_TO_DIAMETER * rows[:, 2])  # fmt: skip
+        rise = np.zeros_like(out)
+        k.raise_rocks(np.ascontiguousarray(np.column_stack(columns)), rise)
+        out += rise
+        return rows
+
+    def _count(self, diameter: float) -> float:
+        return rock_count(diameter, self.abundance)
 
 
 def with_rocks(terrain: Terrain, rocks: Rocks) -> Terrain:

@@ -9,10 +9,13 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rovernav.core import FileError, SettingError
-from rovernav.terrain import _geotiff, read_terrain
+from rovernav.terrain import _raster, read_terrain
 from tests.terrain.ground import MARS, write_tiff
 
 ROWS = np.arange(12, dtype=np.float32).reshape(3, 4) ** 2 - 2600.0
+
+
+EQUATOR = MARS.replace('UNIT["metre",1]', 'UNIT["foot",0.3048]')
 
 
 def affine(*numbers: float) -> Any:
@@ -82,17 +85,12 @@ def test_a_missing_crs_is_allowed(tmp_path: Path) -> None:
     assert read_terrain(write_tiff(tmp_path / "a.tif", ROWS, crs=None)).frame.crs is None
 
 
-EQUATOR = MARS.replace('UNIT["metre",1]', 'UNIT["foot",0.3048]')
-
-
 @pytest.mark.parametrize(
     ("rows", "profile", "message"),
     [
         (ROWS, {"transform": (2, 0.1, 0, 0, -2, 0)}, "is rotated or mirrored .*gdalwarp"),
         (ROWS, {"transform": (-2, 0, 0, 0, -2, 0)}, "is rotated or mirrored"),
-        (ROWS, {"transform": (2, 0, 0, 0, -2.1, 0)}, "cells of 2 x 2.1, not squares; resample"),
-        (ROWS, {"crs": "EPSG:4326"}, "is in degrees; reproject it to metres first"),
-        (ROWS, {"crs": EQUATOR}, "coordinates in foot; reproject it"),
+        (ROWS, {"crs": "EPSG:4326"}, "middle at .* which is no place in its coordinate system WGS"),
         (np.zeros((3, 3, 3), np.uint8), {}, "has 3 bands, so it is an image"),
         (np.zeros((3, 3), np.complex64), {}, "of type complex64, not heights"),
         (ROWS[:2], {}, r"a.tif: ground needs at least 3 x 3 heights, got shape \(2, 4\)"),
@@ -112,6 +110,25 @@ def test_files_that_are_not_ground(
     assert "\n" not in str(caught.value)
 
 
+def test_cells_that_are_not_square_are_made_so(tmp_path: Path) -> None:
+    rows = np.add.outer(np.arange(30.0), np.arange(20.0))
+    long = affine(3.0, 0.0, 100.0, 0.0, -2.0, 5000.0)
+    terrain = read_terrain(write_tiff(tmp_path / "a.tif", rows, transform=long))
+    assert terrain.frame.shape == (30, 30)
+    assert terrain.frame.cell == 2.0
+    q, p = np.gradient(terrain.height.astype(np.float64)[2:-2, 2:-2], 2.0)
+    assert_allclose(p.mean(), 1 / 3, rtol=1e-3)
+    assert_allclose(q, -1 / 2, rtol=1e-5)
+
+
+def test_map_coordinates_in_feet(tmp_path: Path) -> None:
+    terrain = read_terrain(write_tiff(tmp_path / "a.tif", ROWS, crs=EQUATOR))
+    assert terrain.frame.cell == pytest.approx(2 * 0.3048, rel=1e-6)
+    x, y = terrain.frame.to_local(108.0, 5000.0)
+    assert (x, y) == pytest.approx((8 * 0.3048, 6 * 0.3048), rel=1e-6)
+    assert terrain.frame.to_map(x, y) == pytest.approx((108.0, 5000.0), abs=1e-9)
+
+
 def test_nearly_square_cells_are_square(tmp_path: Path) -> None:
     nearly = affine(2.0, 0.0, 0.0, 0.0, -2.001, 0.0)
     terrain = read_terrain(write_tiff(tmp_path / "a.tif", ROWS, transform=nearly))
@@ -128,21 +145,23 @@ def test_a_palette_is_an_image(tmp_path: Path) -> None:
         read_terrain(path)
 
 
-def test_heights_in_feet(tmp_path: Path) -> None:
+def test_heights_in_an_unknown_unit(tmp_path: Path) -> None:
     import rasterio
 
     path = write_tiff(tmp_path / "a.tif", ROWS)
     with rasterio.open(path, "r+") as file:
-        file.units = ("ft",)
-    with pytest.raises(FileError, match="heights in 'ft'; convert them to metres first"):
+        file.units = ("fathom",)
+    with pytest.raises(FileError, match="heights in 'fathom', not in m, km, cm, mm, ft or us-ft"):
         read_terrain(path)
 
 
 def test_too_large_is_refused_before_it_is_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_geotiff, "MAX_CELLS", 11)
-    with pytest.raises(FileError, match=r"has 4 x 3 cells, more than 11; crop it first \(gdal"):
+    monkeypatch.setattr(_raster, "MAX_CELLS", 11)
+    with pytest.raises(
+        FileError, match=r"has 4 x 3 cells, and 12 are more than 11 at a time; read"
+    ):
         read_terrain(write_tiff(tmp_path / "a.tif", ROWS))
 
 
@@ -158,3 +177,39 @@ def test_cut_off_says_so_once(tmp_path: Path, keep: int, capfd: pytest.CaptureFi
     with pytest.raises(FileError, match=r"is a damaged or cut-off GeoTIFF .* again"):
         read_terrain(path)
     assert capfd.readouterr().err == ""
+
+
+def test_a_bomb_is_refused_before_it_is_read(tmp_path: Path) -> None:
+    """A small file that declares 4 x 10^10 heights; and one that keeps too many in one piece."""
+    import rasterio
+
+    huge: dict[str, Any] = {
+        "driver": "GTiff", "count": 1, "dtype": "float32", "width": 200_000, "height": 200_000,
+        "tiled": True, "compress": "deflate", "sparse_ok": True, "BIGTIFF": "YES",
+        "transform": affine(2, 0, 0, 0, -2, 0),
+    }  # fmt: skip
+    with rasterio.open(tmp_path / "a.tif", "w", **huge):
+        pass
+    assert (tmp_path / "a.tif").stat().st_size < 20_000_000
+    with pytest.raises(FileError, match="has 200,000 x 200,000 cells, and 40,000,000,000 are more"):
+        read_terrain(tmp_path / "a.tif")
+    huge |= {"tiled": False, "blockysize": 20_000, "height": 20_000}
+    with rasterio.open(tmp_path / "b.tif", "w", **huge):
+        pass
+    with pytest.raises(FileError, match=r"keeps 20,000 x 200,000 heights in one piece of 16.0 GB"):
+        read_terrain(tmp_path / "b.tif")
+
+
+def test_a_strip_of_a_million_columns(tmp_path: Path) -> None:
+    rows = np.zeros((3, 1_000_000), np.float32)
+    rows[1, ::2] = 1.0
+    terrain = read_terrain(write_tiff(tmp_path / "a.tif", rows, compress="deflate"))
+    assert terrain.frame.shape == (3, 1_000_000)
+    assert terrain.span == (0.0, 1.0)
+
+
+def test_all_numbers_near_the_largest_are_missing_where_one_is(tmp_path: Path) -> None:
+    rows = ROWS.copy()
+    rows[0, 0], rows[1, 1] = -3.4028227e38, -3.4028226e38  # ISIS marks several kinds so
+    terrain = read_terrain(write_tiff(tmp_path / "a.tif", rows, nodata=-3.4028227e38))
+    assert_array_equal(np.argwhere(np.isnan(terrain.height)), [[1, 1], [2, 0]])
