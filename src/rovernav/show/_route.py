@@ -136,7 +136,7 @@ def _draw_way(axes: Axes, route: Route, stops: Any) -> None:
             *stop, "o", color=ORANGE, mec="black", mew=1.2, ms=12, zorder=7,
             label="_" if number else "stops in order",
         )  # fmt: skip
-        axes.text(*stop, f"{number + 1}", ha="center", va="center", fontsize=8, zorder=8)
+        axes.text(stop[0], stop[1], f"{number + 1}", ha="center", va="center", fontsize=8, zorder=8)
     axes.plot(*start, "o", color="white", mec="black", mew=1.5, ms=10, zorder=7, label="start")
     axes.plot(*goal, "*", color="white", mec="black", mew=1.2, ms=17, zorder=7, label="goal")
 
