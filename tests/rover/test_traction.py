@@ -242,5 +242,6 @@ def test_absurd_mobility(field: str, value: float, message: str) -> None:
         "max_slip": 0.6, "soil": "crust",
     }  # fmt: skip
     Mobility(**numbers)
+    changed: dict[str, Any] = {**numbers, field: value}
     with pytest.raises(SettingError, match=message):
-        Mobility(**{**numbers, field: value})
+        Mobility(**changed)

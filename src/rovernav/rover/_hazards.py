@@ -130,7 +130,8 @@ def hazards(
     }
     table_soil = _slip_and_energy(planes, rover, soil, heading, values)
     if heading is not None:
-        values["pitch"], values["roll"] = np.empty((2, *planes.east.shape), np.float32)
+        for angle in ("pitch", "roll"):
+            values[angle] = np.empty_like(planes.east)
         way = (math.cos(heading), math.sin(heading))
         traction.lean(planes.east, planes.north, way, values["pitch"], values["roll"])
     if turns:
