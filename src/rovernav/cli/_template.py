@@ -35,8 +35,8 @@ frame: crs                   # crs: the terrain's own coordinates; local: metres
                              # its south-west corner; pixel: column and row from its top left
 
 # Who drives.
-rover: paper-point           # a preset (curiosity, jackal, mer, paper-point, perseverance, research, sojourner)
-                             # or a rover file, my-rover.yaml
+rover: paper-point           # a rover file, my-rover.yaml, or one of the presets
+                             # curiosity, jackal, mer, paper-point, perseverance, research, sojourner
 controller: bassil           # bassil: the paper's network; neural: the shipped driver, for rovers
                              # with differential drive; goal-seeker; planner; or a network file
 
