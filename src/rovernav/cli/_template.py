@@ -36,7 +36,7 @@ frame: crs                   # crs: the terrain's own coordinates; local: metres
 
 # Who drives.
 rover: paper-point           # a rover file, my-rover.yaml, or one of the presets
-                             # curiosity, jackal, mer, paper-point, perseverance, research, sojourner
+                          # curiosity, jackal, mer, paper-point, perseverance, research, sojourner
 controller: bassil           # bassil: the paper's network; neural: the shipped driver, for rovers
                              # with differential drive; goal-seeker; planner; or a network file
 
