@@ -244,4 +244,4 @@ def test_absurd_mobility(field: str, value: float, message: str) -> None:
     }  # fmt: skip
     Mobility(**numbers)
     with pytest.raises(SettingError, match=message):
-        Mobility(**{**numbers, field: value})
+        Mobility(**dict(numbers, **{field: value}))
