@@ -44,8 +44,9 @@ def kinky(soil: Soil) -> Soil:
     nodes = nodes[nodes >= 0.0]
     curves = ("slip", "slip_low", "slip_high", "side_slip")
     slope = np.arctan(nodes)
-    made = {name: np.interp(slope, soil.slope, getattr(soil, name)) for name in curves}
-    rest = {f.name: getattr(soil, f.name) for f in fields(Soil) if f.name not in {*curves, "slope"}}
+    made: dict[str, Any] = {n: np.interp(slope, soil.slope, getattr(soil, n)) for n in curves}
+    others = [f.name for f in fields(Soil) if f.name not in {*curves, "slope"}]
+    rest: dict[str, Any] = {name: getattr(soil, name) for name in others}
     return Soil(slope=slope, **made, **rest)
 
 
@@ -242,6 +243,5 @@ def test_absurd_mobility(field: str, value: float, message: str) -> None:
         "max_slip": 0.6, "soil": "crust",
     }  # fmt: skip
     Mobility(**numbers)
-    changed: dict[str, Any] = {**numbers, field: value}
     with pytest.raises(SettingError, match=message):
-        Mobility(**changed)
+        Mobility(**dict(numbers, **{field: value}))
