@@ -69,7 +69,7 @@ class Visit:
         )
         page.set_default_timeout(60_000)
         page.goto(address)
-        page.get_by_role("button", name="Start", exact=True).wait_for()
+        page.get_by_role("button", name="Back to the initial weights", exact=True).wait_for()
         return page
 
     def foreign(self, host: str) -> list[str]:
