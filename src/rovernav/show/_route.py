@@ -94,6 +94,9 @@ def draw_route(
 def _draw_zones(axes: Axes, ground: Going) -> None:
     """Outlines of the zones, and of their margins dotted."""
     import shapely
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+    from shapely.geometry import polygon
 
     zones = ground.zones
     if zones is None:
@@ -114,7 +117,10 @@ def _draw_zones(axes: Axes, ground: Going) -> None:
                 break
         if colour == ZONE:
             for part in shapely.get_parts(area):
-                axes.fill(*np.array(part.exterior.coords)[:, :2].T, color=colour, alpha=0.18, lw=0)
+                rings = polygon.orient(part)  # holes run the other way round, and stay open
+                outlines = [Outline(ring.coords) for ring in (rings.exterior, *rings.interiors)]
+                filled = Outline.make_compound_path(*outlines)
+                axes.add_patch(PathPatch(filled, facecolor=colour, alpha=0.18, lw=0))
 
 
 def _draw_way(axes: Axes, route: Route, stops: Any) -> None:
