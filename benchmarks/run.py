@@ -21,8 +21,9 @@ from harness.measure import Plan, measure, wanted
 from harness.worker import find
 
 WORKLOADS = (
-    "online", "sweep", "firstcall", "decision", "minibatch", "dataparallel", "hazards",
-)  # fmt: skip
+    *("online", "sweep", "firstcall", "decision", "minibatch", "dataparallel"),
+    *("plan", "planmaze", "planstart", "hazards"),
+)
 
 
 def main() -> None:

@@ -32,6 +32,8 @@ def main() -> None:
         "studio-worked": worked,
         "studio-mirrored": mirrored,
         "studio-runs": runs,
+        "studio-hills": hills,
+        "studio-3d": deep,
     }
     with running() as studio, browsing() as browser:
         for name, play in pictures.items():
@@ -68,6 +70,33 @@ def mirrored(page: Page) -> None:
     page.get_by_role("option", name=re.compile("mirrored", re.IGNORECASE)).click()
     page.get_by_role("button", name="Drive", exact=True).click()
     expect(page.get_by_text("collided").first).to_be_visible(timeout=PATIENCE)
+
+
+def hills(page: Page) -> None:
+    """Three controllers on generated ground, and why the neural driver turns."""
+    page.set_viewport_size({"width": 1600, "height": 1000})
+    page.get_by_role("tab", name="Drive").click()
+    page.get_by_label("The Train tab's network").click()
+    for name in ("neural", "goal-seeker", "planner"):
+        page.get_by_label(re.compile(f"^{name}:")).click()
+    page.get_by_label("World").click()
+    page.get_by_role("option", name="Generated hills").click()
+    page.get_by_label("Seed", exact=True).fill("5")
+    expect(page.get_by_text("Forbidden to research")).to_be_visible(timeout=PATIENCE)
+    page.wait_for_timeout(3000)
+    page.get_by_role("button", name="Drive", exact=True).click()
+    expect(page.get_by_text("timed out").first).to_be_visible(timeout=PATIENCE)
+    page.get_by_role("button", name="Pause or go on").click()
+    page.get_by_role("slider", name="Time").press("Home")
+    page.locator(".rnd-strip img").first.click(position={"x": 260, "y": 60})
+    page.get_by_role("button", name="Ask about this step").click()
+
+
+def deep(page: Page) -> None:
+    """The same ground in three dimensions."""
+    hills(page)
+    page.get_by_role("button", name="3D", exact=True).click()
+    page.wait_for_timeout(20_000)
 
 
 def runs(page: Page) -> None:

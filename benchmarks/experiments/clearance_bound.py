@@ -101,7 +101,7 @@ def _draw(alarms: np.ndarray, safe: np.ndarray, path: Path) -> None:
         left.plot(percent, 100.0 * alarms[k], **style)
         right.plot(percent, 100.0 * safe[k], **style)
     left.axhline(20.0, color="#888888", lw=0.8, ls="--")
-    left.text(0.2, 18.0, "aim at 7 % cover, up to 10 deg", fontsize=8, color="#555555")
+    left.text(0.2, 14.6, "aim at 7 % cover,\nup to 10 deg", fontsize=8, color="#555555")
     left.axvline(7.0, color="#888888", lw=0.8, ls="--")
     left.set(ylabel="safe poses called unsafe [%]", ylim=(0.0, None))
     right.set(ylabel="poses that are truly safe [%]", ylim=(0.0, 103.0))

@@ -11,7 +11,8 @@ from pathlib import Path
 
 PACKAGES = (
     *("rovernav", "numpy", "numba", "llvmlite", "scikit-learn", "jax", "jaxlib", "torch"),
-    *("onnxruntime", "keras", "scipy", "xarray-spatial", "richdem2"),
+    *("onnxruntime", "keras", "scipy", "pyastar2d", "scikit-fmm", "scikit-image", "dijkstra3d"),
+    *("networkx", "xarray-spatial", "richdem2", "ompl"),
 )
 _BUSY = (0, 1, 2, 5, 6)  # /proc/stat: user, nice, system, irq, softirq
 

@@ -20,12 +20,14 @@ class Result(NamedTuple):
         cpu: Processor time of the process [s].
         units: Units of work done: patterns, calls, rows.
         check: A number that shows that the work was the right one, such as a final error.
+        note: What else there is to tell, such as memory.
     """
 
     wall: float
     cpu: float
     units: int
     check: float
+    note: str = ""
 
 
 Trial = Callable[[int], Result]

@@ -48,7 +48,7 @@ def table(workload: Workload, rows: Sequence[Row], size: int) -> Table:
                 *(f"{max(s['peak_mb'] for s in row.samples):,.0f}" for _ in memory),
                 *(f"{compared(workload, anchor, row):.3f}" for anchor in anchors),
                 f"{check:.9g}",
-                objection(workload, row, size),
+                "; ".join(filter(None, (objection(workload, row, size), noted(row)))),
             ]
         )
     return out
@@ -69,6 +69,11 @@ def objection(workload: Workload, row: Row, size: int) -> str:
     ):
         return ""
     return f"another result: expected {expected:.9g}"
+
+
+def noted(row: Row) -> str:
+    """What the last sample has to tell."""
+    return str(row.samples[-1].get("note", ""))
 
 
 def judge(workload: Workload, rows: Sequence[Row]) -> list[Judged]:

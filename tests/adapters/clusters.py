@@ -25,7 +25,8 @@ class Cluster:
         self.folder = folder
         self._processes: list[subprocess.Popen[bytes]] = []
         file = folder / "scheduler.json"
-        self.scheduler = self._start("scheduler", "--port", "0", "--scheduler-file", str(file))
+        words = ("--port", "0", "--scheduler-file", str(file), "--idle-timeout", "300")
+        self.scheduler = self._start("scheduler", *words)
         until = time.monotonic() + START
         while True:
             with contextlib.suppress(OSError, ValueError):  # not there, or half written
@@ -38,6 +39,7 @@ class Cluster:
     def add_worker(self) -> subprocess.Popen[bytes]:
         """A nanny with one worker of one thread."""
         words = ("--nworkers", "1", "--nthreads", "1", "--memory-limit", "0")
+        words += ("--death-timeout", "120")  # where the tests themselves are killed
         return self._start("worker", self.address, *words, "--local-directory", str(self.folder))
 
     def stop(self) -> None:

@@ -1,19 +1,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from rovernav.adapters import DaskExecutor, connect
 from tests.adapters.clusters import Cluster, running, wait_for_workers
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    for item in items:
-        if Path(__file__).parent in item.path.parents:
-            item.add_marker(pytest.mark.xdist_group("cluster"))  # one cluster for all
 
 
 @pytest.fixture(scope="session")

@@ -22,6 +22,8 @@ from rovernav.core import MissingExtraError, SettingError, WorkerError
 from tests.adapters import jobs
 from tests.adapters.clusters import Cluster, pids, running, wait_for_workers
 
+pytestmark = pytest.mark.xdist_group("cluster")  # one cluster for all
+
 
 @contextlib.contextmanager
 def listening(answer: bytes | None) -> Generator[int]:

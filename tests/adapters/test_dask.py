@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import gc
 import itertools
 import time
 from collections.abc import Iterator
@@ -13,6 +14,8 @@ from rovernav.core import Executor, PatternError, Serial, SettingError, WorkerEr
 from tests.adapters import jobs
 from tests.adapters.clusters import pids
 
+pytestmark = pytest.mark.xdist_group("cluster")  # one cluster for all
+
 
 def tasks(client: Any) -> list[str]:
     """What the scheduler knows of ours."""
@@ -25,7 +28,7 @@ def tasks(client: Any) -> list[str]:
 
 def wait_until_forgotten(client: Any, word: str) -> None:
     until = time.monotonic() + 30
-    while left := [name for name in tasks(client) if word in name]:
+    while gc.collect() >= 0 and (left := [name for name in tasks(client) if word in name]):
         assert time.monotonic() < until, left
         time.sleep(0.05)
 
@@ -43,8 +46,17 @@ def test_order_and_bits_are_those_of_a_serial_run(executor: DaskExecutor, shared
     assert all(a.flags.writeable for a in there)
 
 
+def until_both_have_worked(executor: DaskExecutor, shared: Any) -> list[Any]:
+    """What `jobs.whose` finds, map after map; on a busy machine one worker may get all of one."""
+    found: list[Any] = []
+    until = time.monotonic() + 60.0
+    while len({pid for pid, _ in found}) < 2 and time.monotonic() < until:
+        found += executor.map(jobs.whose, range(100), shared=shared)
+    return found
+
+
 def test_both_workers_work(executor: DaskExecutor) -> None:
-    assert len({pid for pid, _ in executor.map(jobs.whose, range(20), shared=1)}) == 2
+    assert len({pid for pid, _ in until_both_have_worked(executor, 1)}) == 2
 
 
 def test_every_item_is_told_once_and_before_the_end(executor: DaskExecutor) -> None:
@@ -144,7 +156,7 @@ def test_a_shared_value_is_packed_once_and_opened_once_by_each_worker(
 ) -> None:
     ground = jobs.Ground(heights=np.zeros((500, 500)), counted=jobs.Counted("ground"))
     before = jobs.Counted.packed
-    results = list(executor.map(jobs.whose, range(150), shared=ground))
+    results = until_both_have_worked(executor, ground)
     results += executor.map(jobs.whose, range(50), shared=ground)
     assert jobs.Counted.packed == before + 1
     counts = opened(results, "ground")

@@ -55,6 +55,62 @@ def test_inspect_a_terrain(here: Path) -> None:
     assert "  y                      -11 to 9" in lines
 
 
+def test_inspect_judges_a_terrain_for_a_rover(here: Path) -> None:
+    write_ground(here / "ground.tif")
+    report = tell("inspect", "ground.tif", "--rover", "research", "--heading", "-90")
+    assert (report["kind"], report["rover"], report["soil"]) == ("hazards", "research", "compacted")
+    assert report["heading_deg"] == pytest.approx(-90.0, abs=1e-9)
+    names = [layer["name"] for layer in report["layers"]]
+    assert names[:6] == ["slope", "east", "north", "roughness", "step", "distance"]
+    assert names[6:] == ["slip", "energy", "pitch", "roll"]
+    step = report["layers"][4]
+    assert step["unit"] == "m"
+    assert step["highest"] == pytest.approx(5.0, abs=0.1)
+    assert 0.0 < report["forbidden_share"] < 0.5
+    assert report["forbidden_share"] == pytest.approx(1 - report["share_by_reason"]["free"])
+    said = run("inspect", "ground.tif", "--rover", "research", "--explain", "--layers", "seen")
+    lines = said.out.splitlines()
+    assert lines[0] == "ground.tif: judged for research"
+    assert "slope [rad]" in lines
+    assert "  formula  arctan(sqrt(p^2 + q^2))" in lines
+    assert max(map(len, lines)) <= 80
+    pictures = sorted(path.name for path in (here / "seen").iterdir())
+    assert pictures == sorted(
+        ["standing.png", *(f"{name}.png" for name in names if name not in {"pitch", "roll"})]
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--soil", "crust"), "--soil needs a rover to judge the terrain for; add --rover"),
+        (("--explain",), "--explain needs a rover"),
+        (("--turns", "4"), "--turns needs a rover"),
+        (("--layers", "x"), "--layers needs a rover"),
+        (("--heading", "4"), "--heading needs a rover"),
+        (("--rover", "perseverence"), "'perseverence'; did you mean 'perseverance'"),
+        (("--rover", "research", "--soil", "snd"), "there is no soil 'snd'"),
+        (("--rover", "research", "--turns", "-1"), "--turns must be at least 0, got -1"),
+        (("--rover", "research", "--heading", "nan"), "--heading must be a finite number"),
+        (("--rover", "paper-point", "--turns", "2"), "rover paper-point has no wheels"),
+        (("--rover", "paper-point", "--soil", "crust"), "says nothing of its mass and motors"),
+    ],
+)
+def test_judging_with_a_mistake(here: Path, words: tuple[str, ...], message: str) -> None:
+    write_ground(here / "ground.tif")
+    said = run("inspect", "ground.tif", *words)
+    assert said.code == 2
+    assert message in said.err
+    assert said.err.count("\n") == 1
+
+
+def test_only_a_terrain_is_judged() -> None:
+    tell("paper", "--out", "p")
+    said = run("inspect", "p/network.safetensors", "--rover", "research")
+    assert said.code == 2
+    assert "--rover goes only with a terrain; p/network.safetensors is a network" in said.err
+
+
 def test_inspect_goes_by_content(here: Path) -> None:
     tell("paper", "--out", "p")
     Path("p/network.safetensors").rename("weights.bin")

@@ -133,7 +133,7 @@ def test_resume_repeats_nothing_and_another_sweep_is_refused() -> None:
         (("--momentum", "0.5,0.5"), "momentum 0.5 stands twice"),
         (("--eta", "0.001..1/5000", "--momentum", "0..0.9"), "50,000 settings; at most 10,000"),
         (("--eta", "0.001..1/1000", "--seeds", "1e7"), "members; at most 10^9 are allowed"),
-        (("--workers", "0"), "--workers must be from 1 to 1024, got 0"),
+        (("--workers", "1025"), "--workers must be from 0 to 1024, got 1025"),
         (("--members", "1000"), "there is no member 1000; this sweep has members 0 to 999"),
         (("--members", "one"), "--members takes whole numbers"),
         (("--topology", "3-3-2"), "a 3-3-2 network has 3 inputs and 2 outputs"),

@@ -40,7 +40,10 @@ def touches(path: F64, costs: CostMap) -> bool:
     """Whether a path touches a forbidden cell, by the exact walk that ends drives."""
     points = path / costs.frame.cell
     blocked = costs.forbidden.astype(np.uint8)
-    return any(geometry.first_cell(*a, *b, blocked) <= 1.0 for a, b in itertools.pairwise(points))
+    return any(
+        geometry.first_cell(a[0], a[1], b[0], b[1], blocked) <= 1.0
+        for a, b in itertools.pairwise(points)
+    )
 
 
 def check(route: Route, costs: CostMap, start: tuple[float, float], goal: tuple[float, float]):

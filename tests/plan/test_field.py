@@ -93,10 +93,10 @@ def test_it_agrees_with_scikit_fmm(rng: np.random.Generator) -> None:
     skfmm = pytest.importorskip("skfmm", reason="scikit-fmm is not installed")
     x, y = middles(200)
     far = np.hypot(x - 70.5, y - 60.5)
-    cost = np.where(far < 20.0, 1.0, smooth(rng, 200).cost)  # even around the seed ...
+    cost = 1.0 + (smooth(rng, 200).cost - 1.0) * np.clip(far / 30.0 - 0.5, 0.0, 1.0)
     costs = CostMap.of(cost)
-    for order, most in ((1, 0.01), (2, 0.003)):
+    for order, most in ((1, 0.01), (2, 0.006)):
         theirs = np.asarray(skfmm.travel_time(far - 10.0, 1.0 / cost, order=order))
         ours = travel_time(costs, (70.5, 60.5), order=order).value
-        beyond = far > 20.0  # ... where their front begins as a circle
+        beyond = far > 15.0  # where the ground is even their front begins as a circle
         assert_allclose(ours[beyond], theirs[beyond] + 10.0, rtol=most)

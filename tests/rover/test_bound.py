@@ -102,6 +102,15 @@ def test_on_a_plane_the_bound_is_the_plane() -> None:
     assert turning.pitch[0, 0] == pytest.approx(math.atan(0.2 * math.cos(1.0)), abs=2e-3)
 
 
+@pytest.mark.kernels
+@pytest.mark.parametrize("name", ROVERS)
+def test_a_few_poses_are_held(name: str) -> None:
+    size = read_rover(name).length
+    held, stands = compare(name, 11, 0.1, 0.05, (0.02 * size, 0.03), 6)
+    assert held.safe.any()
+    assert_held(held, stands)
+
+
 def test_more_doubt_never_makes_a_pose_safe() -> None:
     rover = read_rover("perseverance")
     terrain = rough_ground(9, slope=0.1, cover=0.1)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from tests.rover.rough_ground import rough_ground
 from tests.rover.test_rovers import POINT, made
 from tests.terrain.ground import ground, plane, rough
 
+edt: Any = ndimage.distance_transform_edt
 ALWAYS = {"slope", "east", "north", "roughness", "step", "distance"}
 
 
@@ -49,7 +51,7 @@ def test_hazards_stand_where_standing_stands() -> None:
     assert_array_equal(found.reason, alone.reason)
     assert_array_equal(found.layers["slope"].values, alone.slope)
     bad = (alone.reason != Reason.FREE) & (alone.reason != Reason.NEAR)
-    expected = ndimage.distance_transform_edt(~bad) * terrain.frame.cell
+    expected = edt(~bad) * terrain.frame.cell
     assert_allclose(found.layers["distance"].values, expected, rtol=1e-6)
 
 
@@ -152,7 +154,7 @@ def test_distances_equal_scipys(shape: tuple[int, int], share: float) -> None:
     if not marked.any():
         assert (squared >= distance.FAR**2).all()
         return
-    expected = np.rint(ndimage.distance_transform_edt(marked == 0) ** 2)
+    expected = np.rint(edt(marked == 0) ** 2)
     assert_array_equal(squared, expected)
 
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import fields
 from pathlib import Path
@@ -43,8 +44,9 @@ def kinky(soil: Soil) -> Soil:
     nodes = nodes[nodes >= 0.0]
     curves = ("slip", "slip_low", "slip_high", "side_slip")
     slope = np.arctan(nodes)
-    made = {name: np.interp(slope, soil.slope, getattr(soil, name)) for name in curves}
-    rest = {f.name: getattr(soil, f.name) for f in fields(Soil) if f.name not in {*curves, "slope"}}
+    made: dict[str, Any] = {n: np.interp(slope, soil.slope, getattr(soil, n)) for n in curves}
+    others = [f.name for f in fields(Soil) if f.name not in {*curves, "slope"}]
+    rest: dict[str, Any] = {name: getattr(soil, name) for name in others}
     return Soil(slope=slope, **made, **rest)
 
 
@@ -91,7 +93,7 @@ def test_uphill_costs_more_and_sand_more_than_rock() -> None:
         assert (np.diff(cost.energy) > 0.0).all()
         assert (np.diff(cost.speed) <= 1e-15).all()
     order = ("bedrock", "compacted", "crust", "loose-sand")
-    for easy, hard in zip(order, order[1:], strict=False):
+    for easy, hard in itertools.pairwise(order):
         assert (costs[easy].energy < costs[hard].energy).all()
     down = drive_cost(-up[1:], 0.0, 0.0, table, 0)
     assert (down.energy > 0.0).all()
@@ -242,4 +244,4 @@ def test_absurd_mobility(field: str, value: float, message: str) -> None:
     }  # fmt: skip
     Mobility(**numbers)
     with pytest.raises(SettingError, match=message):
-        Mobility(**{**numbers, field: value})
+        Mobility(**dict(numbers, **{field: value}))

@@ -205,7 +205,7 @@ def test_the_text_of_a_scenario_says_what_matters_and_no_more(tmp_path: Path) ->
     path.write_text(text)
     assert read_scenario(path) == whole
     assert "time_limit" not in text
-    assert "craters: 25" in text
+    assert "craters: 40" in text
     assert "seed: 0" in text
 
 

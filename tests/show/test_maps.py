@@ -9,7 +9,7 @@ import pytest
 
 from rovernav.core import Frame, Outcome, ShapeError
 from rovernav.rover import read_rover, standing
-from rovernav.show import draw_drive, draw_terrain
+from rovernav.show import draw_drive, draw_terrain, relief_pixels
 from rovernav.terrain import Terrain
 
 from .pictures import Points, drive, pixels, share
@@ -100,3 +100,17 @@ def test_large_maps_are_thinned_out(tmp_path: Path) -> None:
 def test_importing_the_room_loads_no_plotting_library() -> None:
     code = "import sys, rovernav.show; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_the_ground_as_colours_is_north_up_and_shows_what_is_forbidden() -> None:
+    terrain = hill_in_the_north()
+    ground = standing(terrain, read_rover("sojourner"))
+    plain, window = relief_pixels(terrain)
+    assert (plain.shape, plain.dtype, window) == ((20, 20, 3), np.uint8, (0.0, 0.0, 10.0, 10.0))
+    marked, _ = relief_pixels(terrain, standing=ground)
+    changed = (plain != marked).any(axis=-1)
+    assert np.array_equal(changed, (ground.reason != 0)[::-1])
+    part, shown = relief_pixels(terrain, window=(2.0, 5.0, 6.0, 9.0))
+    assert (part.shape, shown) == ((8, 8, 3), (2.0, 5.0, 6.0, 9.0))
+    coarse, whole = relief_pixels(terrain, pixels=10)
+    assert (coarse.shape, whole) == ((10, 10, 3), window)

@@ -11,10 +11,10 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from http.client import HTTPConnection, HTTPResponse
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
 
@@ -42,7 +42,7 @@ class Studio:
         body: bytes | None = None,
         host: str | None = None,
         to: str | None = None,
-        **headers: str,
+        **headers: Any,
     ) -> Answer:
         """One request; header names are written with _ for -."""
         connection = HTTPConnection(to or self.host, self.port, timeout=20)
@@ -56,13 +56,13 @@ class Studio:
             connection.endheaders(body)
             return _answer(connection.getresponse())
 
-    def session(self, **headers: str) -> str:
+    def session(self, **headers: Any) -> str:
         """The path of a fresh session."""
         answer = self.ask("/", **headers)
         assert answer.status == 303, answer
         return answer.headers["location"]
 
-    def knock(self, path: str, *, host: str | None = None, **headers: str) -> int:
+    def knock(self, path: str, *, host: str | None = None, **headers: Any) -> int:
         """The status that a WebSocket handshake gets."""
         answer = self.ask(
             path, host=host, Connection="Upgrade", Upgrade="websocket",
@@ -90,7 +90,7 @@ class Studio:
 
 
 @contextlib.contextmanager
-def running(*words: str | Path, port: int = 0, library: Path | None = None) -> Iterator[Studio]:
+def running(*words: str | Path, port: int = 0, library: Path | None = None) -> Generator[Studio]:
     """A studio on any free port, in an empty working folder."""
     with tempfile.TemporaryDirectory() as parent:
         folder = Path(parent)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 import pytest
 
@@ -13,7 +14,7 @@ from tests.studio.server import Answer, Studio
 SOCKET = "/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
 
 
-def page(studio: Studio, **headers: str) -> Answer:
+def page(studio: Studio, **headers: Any) -> Answer:
     return studio.ask(studio.session(**headers), **headers)
 
 
@@ -110,7 +111,7 @@ def test_a_visitor_needs_the_token(open_studio: Studio) -> None:
                       Sec_WebSocket_Key="dGhlIHNhbXBsZSBub25jZQ==").status == 403  # fmt: skip
 
 
-def ask(studio: Studio, path: str, **headers: str) -> Answer:
+def ask(studio: Studio, path: str, **headers: Any) -> Answer:
     """A request from this machine, whatever address the studio told."""
     return studio.ask(path, to="127.0.0.1", host=f"127.0.0.1:{studio.port}", **headers)
 

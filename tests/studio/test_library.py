@@ -27,13 +27,18 @@ RUN: dict[str, Any] = {
 }
 
 
+def add(library: Library, **changes: Any) -> str:
+    """Keep a run like `RUN`, but for the changes."""
+    return library.add(**RUN | changes)
+
+
 @pytest.fixture
 def library(tmp_path: Path) -> Library:
     return Library(tmp_path / "deep" / "runs.sqlite3")
 
 
 def test_what_goes_in_comes_out(library: Library) -> None:
-    name = library.add(**RUN)
+    name = add(library)
     (run,) = library.list()
     assert run.id == name
     assert library.get(name).title == "a run"
@@ -45,14 +50,14 @@ def test_what_goes_in_comes_out(library: Library) -> None:
 
 
 def test_the_latest_stands_first_and_kinds_can_be_picked(library: Library) -> None:
-    names = [library.add(**{**RUN, "kind": kind}) for kind in ("training", "drive", "drive")]
+    names = [add(library, kind=kind) for kind in ("training", "drive", "drive")]
     assert [run.id for run in library.list()] == names[::-1]
     assert [run.id for run in library.list(kind="drive")] == names[:0:-1]
     assert [run.id for run in library.list(limit=1)] == names[2:]
 
 
 def test_renaming_and_deleting(library: Library) -> None:
-    name = library.add(**RUN)
+    name = add(library)
     library.rename(name, "  two\nlines <b>and</b> \0 more ")
     assert library.get(name).title == "two lines <b>and</b> more"
     for title, said in (("", "needs a name"), (" \n", "needs a name"), ("x" * 121, "120 letters")):
@@ -77,20 +82,20 @@ def test_renaming_and_deleting(library: Library) -> None:
 )
 def test_file_names_are_plain(library: Library, name: str) -> None:
     with pytest.raises(SettingError, match="plain name"):
-        library.add(**{**RUN, "files": {name: b""}})
+        add(library, files={name: b""})
     assert library.list() == []
 
 
 def test_what_is_not_plain_data_is_refused_whole(library: Library) -> None:
     with pytest.raises(SettingError, match="must be plain data"):
-        library.add(**{**RUN, "settings": {"x": object()}})
+        add(library, settings={"x": object()})
     with pytest.raises(SettingError, match="has 64,000,001 bytes"):
-        library.add(**{**RUN, "files": {"a.bin": b"x", "b.bin": bytes(64_000_001)}})
+        add(library, files={"a.bin": b"x", "b.bin": bytes(64_000_001)})
     assert library.list() == []
 
 
 def test_it_is_found_again(library: Library) -> None:
-    name = library.add(**RUN)
+    name = add(library)
     again = Library(library.path)
     assert [run.id for run in again.list()] == [name]
 
@@ -129,7 +134,7 @@ def test_many_threads_and_two_studios_share_a_file(library: Library) -> None:
     def work(mine: Library) -> None:
         try:
             for _ in range(10):
-                name = mine.add(**RUN)
+                name = add(mine)
                 mine.rename(name, "mine")
                 assert mine.get(name).title == "mine"
         except BaseException as error:

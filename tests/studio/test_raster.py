@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ def test_another_library_reads_the_same_pixels(
 
 
 def test_other_arrays_are_refused() -> None:
+    wrong: Any
     for wrong in (np.zeros((2, 2), np.uint8), np.zeros((2, 2, 3)), np.zeros((0, 2, 3), np.uint8)):
         with pytest.raises(ShapeError, match="a picture needs bytes"):
             png(wrong)

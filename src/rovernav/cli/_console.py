@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import os
 import shutil
 import sys
@@ -20,7 +19,9 @@ PATIENCE = 2.0
 
 def print_json(data: dict[str, Any]) -> None:
     """One JSON object on standard output; NaN and infinity become null."""
-    print(json.dumps(plain(data), indent=2, allow_nan=False))
+    from ..core import plain_data
+
+    print(json.dumps(plain_data(data), indent=2, allow_nan=False))
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
@@ -126,21 +127,6 @@ def progress_bar(what: str) -> Generator[Callable[[float, str], None]]:
         timer.cancel()
         timer.join()
         bar.stop()
-
-
-def plain(item: Any) -> Any:
-    """Numbers, lists and texts that JSON knows."""
-    if isinstance(item, dict):
-        return {str(key): plain(value) for key, value in item.items()}
-    if isinstance(item, (list, tuple)):
-        return [plain(value) for value in item]
-    if isinstance(item, Path):
-        return str(item)
-    if hasattr(item, "tolist"):
-        return plain(item.tolist())
-    if isinstance(item, float):
-        return item if math.isfinite(item) else None
-    return item
 
 
 def _is_number(text: str) -> bool:

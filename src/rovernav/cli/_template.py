@@ -16,9 +16,9 @@ TEMPLATE = """\
 #   name: hills
 #   side_m: 50.0
 #   cell_m: 0.2
-#   relief_m: 4.0            # highest minus lowest height, before the craters come
+#   relief_m: 5.0            # highest minus lowest height, before the craters come
 #   hurst: 0.9               # 0.5 is jagged, 0.9 smooth
-#   craters: 25
+#   craters: 40
 # rocks: 0.05                # scatter rocks over this share of the ground, by seed
 
 # Obstacles on it, in the frame of from and to; a rover keeps its radius away from them.
@@ -35,8 +35,8 @@ frame: crs                   # crs: the terrain's own coordinates; local: metres
                              # its south-west corner; pixel: column and row from its top left
 
 # Who drives.
-rover: paper-point           # a preset (jackal, paper-point, perseverance, research, sojourner)
-                             # or a rover file, my-rover.yaml
+rover: paper-point           # a rover file, my-rover.yaml, or one of the presets
+                          # curiosity, jackal, mer, paper-point, perseverance, research, sojourner
 controller: bassil           # bassil: the paper's network; neural: the shipped driver, for rovers
                              # with differential drive; goal-seeker; planner; or a network file
 

@@ -329,10 +329,9 @@ def _merged(data: dict[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
 def _write_json(path: Path, report: dict[str, Any]) -> None:
     import json
 
-    from ..core import write_text
-    from ._console import plain
+    from ..core import plain_data, write_text
 
-    write_text(path, json.dumps(plain(report), indent=2, allow_nan=False) + "\n")
+    write_text(path, json.dumps(plain_data(report), indent=2, allow_nan=False) + "\n")
 
 
 def _say_made(report: dict[str, Any]) -> None:

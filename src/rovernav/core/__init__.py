@@ -16,7 +16,15 @@ from .errors import (
     suggest,
 )
 from .executors import Processes, Serial, Threads, cores, in_order
-from .files import canonical_json, read_bytes, read_text, sha256_of, write_atomic, write_text
+from .files import (
+    canonical_json,
+    plain_data,
+    read_bytes,
+    read_text,
+    sha256_of,
+    write_atomic,
+    write_text,
+)
 from .frame import Frame
 from .outcome import Outcome
 from .roles import Codec, Controller, Executor, Mapper, Memory, Motion, Sensor
@@ -63,6 +71,7 @@ __all__ = [
     "cores",
     "in_order",
     "map_arrays",
+    "plain_data",
     "read_bytes",
     "read_only",
     "read_text",

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import secrets
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -87,6 +88,21 @@ def read_text(path: Path, *, limit: int, what: str) -> str:
 def canonical_json(item: Any) -> str:
     """JSON with sorted keys and no spaces: the same value always gives the same text."""
     return json.dumps(item, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def plain_data(item: Any) -> Any:
+    """Numbers, lists and texts that JSON knows; NaN and infinity become None."""
+    if isinstance(item, Mapping):
+        return {str(key): plain_data(part) for key, part in item.items()}
+    if isinstance(item, list | tuple):
+        return [plain_data(part) for part in item]
+    if isinstance(item, Path):
+        return str(item)
+    if hasattr(item, "tolist"):
+        return plain_data(item.tolist())
+    if isinstance(item, float):
+        return item if math.isfinite(item) else None
+    return item
 
 
 def sha256_of(*parts: bytes) -> str:

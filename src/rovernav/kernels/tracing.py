@@ -24,6 +24,9 @@ INSIDE = 0.02
 TINY = 1e-30
 """No slope is less steep, but for none."""
 
+ALIKE = 1.0 + 1e-7
+"""Costs that differ by less count as equal: points on a straight line shall go."""
+
 PATIENCE = 16
 """Steps without getting lower after which whole cells are taken instead."""
 
@@ -153,7 +156,7 @@ def tighten(points: Any, c: Any, ahead: int, out: Any) -> int:
                 total += piece(points[k, 0], points[k, 1], points[k + 1, 0], points[k + 1, 1], c)
             end = i + span
             straight = piece(points[i, 0], points[i, 1], points[end, 0], points[end, 1], c)
-            if not straight <= total:
+            if not straight <= total * ALIKE:
                 break
             far, sofar = end, straight
             span *= 2

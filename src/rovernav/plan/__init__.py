@@ -1,23 +1,47 @@
 """Routes over cost maps: the cheapest way, over the grid or in any direction."""
 
 from ._any_angle import any_angle
+from ._barriers import Barrier, barriers
 from ._costs import CostMap
+from ._directed import directed
 from ._field import Field, cost_to_go, travel_time
+from ._going import OBJECTIVES, Going, going
 from ._movingai import Scenarios, read_map, read_scenarios, solve_scenarios
+from ._profile import Profile, profile, waypoints, why_here
 from ._route import Route, Way
 from ._shortest import shortest
+from ._trip import ORDERS, Trip, cost_matrix, held_karp, travel
+from ._zones import Zones, read_zones, within_zones
 
 __all__ = [
+    "OBJECTIVES",
+    "ORDERS",
+    "Barrier",
     "CostMap",
     "Field",
+    "Going",
+    "Profile",
     "Route",
     "Scenarios",
+    "Trip",
     "Way",
+    "Zones",
     "any_angle",
+    "barriers",
+    "cost_matrix",
     "cost_to_go",
+    "directed",
+    "going",
+    "held_karp",
+    "profile",
     "read_map",
     "read_scenarios",
+    "read_zones",
     "shortest",
     "solve_scenarios",
+    "travel",
     "travel_time",
+    "waypoints",
+    "why_here",
+    "within_zones",
 ]

@@ -119,7 +119,7 @@ def drawn_tight(path: F64, costs: CostMap) -> F64:
     path, before = _tighten(path / costs.frame.cell, costs), np.inf
     for number in range(MOST + 1):
         for longest, step, half in ROUNDS if number == 0 else ROUNDS[-AGAIN:]:
-            path = _split(path, longest)
+            path = split_long(path, longest)
             bent = np.empty_like(path)
             cost = tracing.bend(path, costs.cost, step, half, costs.least, bent)
             path = _tighten(bent if cost < np.inf else path, costs)
@@ -142,7 +142,7 @@ def _tighten(path: F64, costs: CostMap) -> F64:
         path = out[:count].copy()
 
 
-def _split(path: F64, longest: float) -> F64:
+def split_long(path: F64, longest: float) -> F64:
     """The same path with no piece longer than `longest`."""
     lengths = np.hypot(*np.diff(path, axis=0).T)
     parts = np.maximum(1, np.ceil(lengths / longest)).astype(np.int64)

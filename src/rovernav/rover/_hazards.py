@@ -130,9 +130,7 @@ def hazards(
     }
     table_soil = _slip_and_energy(planes, rover, soil, heading, values)
     if heading is not None:
-        values["pitch"], values["roll"] = np.empty((2, *planes.east.shape), np.float32)
-        way = (math.cos(heading), math.sin(heading))
-        traction.lean(planes.east, planes.north, way, values["pitch"], values["roll"])
+        values |= _lean(planes, heading)
     if turns:
         values |= _proof(terrain, rover, turns)
     course = UPHILL if heading is None else f"at a heading of {math.degrees(heading):g} deg"
@@ -161,6 +159,13 @@ def _distance(squared: I32, cell: float) -> F32:
     out = squared.view(np.float32)
     distance.metres(squared, cell, out)
     return out
+
+
+def _lean(planes: Planes, heading: float) -> dict[str, F32]:
+    out = np.empty((2, *planes.east.shape), np.float32)
+    way = (math.cos(heading), math.sin(heading))
+    traction.lean(planes.east, planes.north, way, out[0], out[1])
+    return {"pitch": out[0], "roll": out[1]}
 
 
 def _slip_and_energy(

@@ -32,9 +32,9 @@ class Hills(BaseModel):
     name: Literal["hills"] = "hills"
     side_m: Metres = Field(50.0, ge=5, le=1000, title="Side [m]")
     cell_m: Metres = Field(0.2, ge=0.05, le=20, title="Cell [m]")
-    relief_m: Metres = Field(4.0, ge=0, le=50, title="Roughness: relief [m]")
+    relief_m: Metres = Field(5.0, ge=0, le=50, title="Roughness: relief [m]")
     hurst: Metres = Field(0.9, ge=0.3, le=1, title="Smoothness: Hurst exponent")
-    craters: int = Field(25, ge=0, le=300, strict=True, title="Craters")
+    craters: int = Field(40, ge=0, le=300, strict=True, title="Craters")
 
     def make(self, rng: np.random.Generator) -> Terrain:
         """The ground; the same generator's state gives the same ground."""

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..plan import Route
-from ..rover import Standing
+from ..plan import Going, Route, Trip
 from ..terrain import Terrain
 from ._canvas import INK, footer, heading, in_metres, picture
 from ._map import (
@@ -20,7 +19,7 @@ from ._map import (
     window_around,
 )
 from ._relief import draw_forbidden, draw_relief, piece_of
-from ._words import BLUE, VERMILION
+from ._words import BLUE, GREEN, ORANGE, VERMILION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,7 +29,14 @@ LEGEND: dict[str, Any] = {"loc": "upper left", "frameon": False, "labelspacing":
 _SIDE, _WIDE = 0.725, 0.25
 """Left edge and width of the column beside the map, as shares of the figure."""
 
-Ends = tuple[tuple[float, float], tuple[float, float]]
+ZONE = "#b2182b"
+
+
+def draw_trip(trip: Trip, path: Path, *, terrain: Terrain, title: str | None = None) -> Path:
+    """Draw a trip over its judged ground, north up; see `draw_route`."""
+    return draw_route(
+        trip.route, path, terrain=terrain, stops=trip.stops, ground=trip.ground, title=title
+    )
 
 
 def draw_route(
@@ -38,38 +44,42 @@ def draw_route(
     path: Path,
     *,
     terrain: Terrain,
-    ends: Ends,
-    standing: Standing | None = None,
+    stops: Any,
+    ground: Going | None = None,
     title: str | None = None,
 ) -> Path:
-    """Draw a route, north up; where there is none, its ends and the nearest reachable point.
+    """Draw a route, north up; where there is none, its stops and the nearest reachable point.
 
     Args:
         route: The route, in the local metres of the terrain.
         path: The PNG file.
         terrain: The ground.
-        ends: Start and goal that were asked for, local points [m].
-        standing: Where the rover could stand, drawn by reason.
+        stops: Local points (n, 2) [m] that were asked for, from start to goal.
+        ground: What was planned on: where the rover can stand is drawn by reason, and the zones.
         title: Instead of the terrain's name.
 
     Returns:
         `path`.
     """
     width, height = terrain.frame.extent
+    stops = np.asarray(stops, np.float64)
     near = [] if route.nearest is None else [route.nearest]
-    shown = np.clip(np.vstack([route.points, *ends, *near]), 0.0, [width, height])
+    shown = np.clip(np.vstack([route.points, stops, *near]), 0.0, [width, height])
 
     def draw(figure: Figure) -> None:
         window = window_around(shown, terrain.frame)
         axes = figure.add_axes((0.065, 0.115, 0.64, 0.81))
         piece = piece_of(terrain, window)
         tint = draw_relief(axes, piece)
-        legend = [] if standing is None else forbidden_legend(draw_forbidden(axes, piece, standing))
-        _draw_way(axes, route, ends)
+        legend = []
+        if ground is not None:
+            legend = forbidden_legend(draw_forbidden(axes, piece, ground.hazards.standing))
+            _draw_zones(axes, ground)
+        _draw_way(axes, route, stops)
         scale_bar(axes, window, shown)
         in_metres(axes)
         axes.set(xlim=window[::2], ylim=window[1::2], facecolor="#dddddd")
-        heading(figure, f"{title or terrain.name}: {_summary(route)}")
+        heading(figure, f"{title or terrain.name}: {_summary(route, ground)}")
         whole = figure.add_axes((_SIDE, 0.6, _WIDE, 0.3))
         draw_relief(whole, piece_of(terrain), tinted=False)
         overview(whole, terrain, window)
@@ -81,11 +91,36 @@ def draw_route(
     return picture(path, (11.0, 7.4), draw)
 
 
-def _draw_way(axes: Axes, route: Route, ends: Ends) -> None:
-    start, goal = ends
-    axes.plot(
-        *np.array(ends).T, "--", color=INK, lw=1.1, zorder=4, label="straight line to the goal"
-    )
+def _draw_zones(axes: Axes, ground: Going) -> None:
+    """Outlines of the zones, and of their margins dotted."""
+    import shapely
+
+    zones = ground.zones
+    if zones is None:
+        return
+    for area, colour, grown, words in (
+        (zones.avoid, ZONE, zones.margin, "zone to keep out of"),
+        (zones.keep_in, GREEN, -zones.margin, "zone to stay within"),
+    ):
+        if area is None:
+            continue
+        for outline, style in ((area, "-"), (area.buffer(grown), ":")):
+            for part in shapely.get_parts(outline):
+                for ring in (part.exterior, *part.interiors):
+                    x, y = np.array(ring.coords)[:, :2].T
+                    axes.plot(x, y, style, color=colour, lw=1.6, zorder=4, label=words)
+                    words = "_" + words.lstrip("_")
+            if zones.margin == 0.0:
+                break
+        if colour == ZONE:
+            for part in shapely.get_parts(area):
+                axes.fill(*np.array(part.exterior.coords)[:, :2].T, color=colour, alpha=0.18, lw=0)
+
+
+def _draw_way(axes: Axes, route: Route, stops: Any) -> None:
+    start, *via, goal = stops
+    straight = "straight line to the goal" if not via else "straight from stop to stop"
+    axes.plot(*stops.T, "--", color=INK, lw=1.1, zorder=4, label=straight)
     if route.found:
         axes.plot(*route.points.T, color="white", lw=4.6, solid_capstyle="round", zorder=5)
         axes.plot(
@@ -96,11 +131,18 @@ def _draw_way(axes: Axes, route: Route, ends: Ends) -> None:
             *route.nearest, "X", color=VERMILION, mec="black", ms=12, zorder=8,
             label="nearest to the goal that can be reached",
         )  # fmt: skip
+    for number, stop in enumerate(via):
+        axes.plot(
+            *stop, "o", color=ORANGE, mec="black", mew=1.2, ms=12, zorder=7,
+            label="_" if number else "stops in order",
+        )  # fmt: skip
+        axes.text(stop[0], stop[1], f"{number + 1}", ha="center", va="center", fontsize=8, zorder=8)
     axes.plot(*start, "o", color="white", mec="black", mew=1.5, ms=10, zorder=7, label="start")
     axes.plot(*goal, "*", color="white", mec="black", mew=1.2, ms=17, zorder=7, label="goal")
 
 
-def _summary(route: Route) -> str:
-    if route.found:
-        return f"a way of {route.length:,.1f} m"
-    return f"no way ({route.way.replace('_', ' ')})"
+def _summary(route: Route, ground: Going | None) -> str:
+    if not route.found:
+        return f"no way ({route.way.replace('_', ' ')})"
+    least = "" if ground is None else f", least {ground.objective} for {ground.rover.name}"
+    return f"a way of {route.length:,.1f} m{least}"

@@ -1,6 +1,6 @@
 """A drive under the hands of a person: a world, who drives in it, and what became of it.
 
-A plain class without a page: it is tested alone, and it goes on while no page looks at it.
+A plain class: tested without a page, it goes on while no page looks at it.
 """
 
 from __future__ import annotations
@@ -28,12 +28,11 @@ from ._playback import Playback
 LIVE = Pick("train", "Train tab")
 SLICE = 0.02
 """Work between two looks at whether to go on [s]."""
-MOST_PICKS = 8
+MOST_PICKS, FIRST = 8, "bassil-v1"
 MAX_NETWORK, MAX_TERRAIN = 8_000_000, 48_000_000
 """Bytes of an uploaded network, and of an uploaded elevation model."""
 MOST_CELLS = 25_000_000
 """Cells of an uploaded elevation model."""
-FIRST = "bassil-v1"
 
 
 @final
@@ -56,8 +55,7 @@ class DriveModel:
         self.runs: list[DriveRun] = []
         self.refused: list[tuple[Pick, str]] = []
         self.changes = 0
-        self._undo: list[World] = []
-        self._redo: list[World] = []
+        self._undo, self._redo = list[World](), list[World]()
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._go_on = threading.Event()
         self._go_on.set()

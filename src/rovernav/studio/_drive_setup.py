@@ -22,6 +22,8 @@ from ._uploads import refuse, upload_button
 ROCKS = (0.0, 0.2)
 """Share of the ground that the rocks slider covers."""
 _ENDS = ("start x", "start y", "goal x", "goal y")
+SOME_ROCKS = 0.02
+"""Share of fresh ground that rocks cover."""
 NICE = {
     "bassil-v1": "The paper's scene",
     "bassil-mirrored-v1": "The paper's scene, mirrored obstacle",
@@ -42,6 +44,9 @@ class SetupPanel:
     def __init__(self, model: DriveModel, changed: Callable[[], Awaitable[None]]) -> None:
         self.model, self._changed = model, changed
         self._filling = False
+        self._kind = "flat"
+        self._sliders: dict[str, ui.slider] = {}
+        self._boxes: dict[str, tuple[ui.checkbox, ui.html]] = {}
 
     def build(self) -> None:
         """Build the column in the present container."""
@@ -124,46 +129,77 @@ class SetupPanel:
         self._filling = False
 
     def fill_picks(self) -> None:
-        """Show who could drive, and in which colour those will who were chosen."""
-        self.picks.clear()
-        with self.picks:
-            for key, words in self.model.controllers().items():
-                with ui.row().classes("w-full items-center no-wrap gap-1"):
-                    chosen = key in self.model.picked
-                    ui.checkbox(words, value=chosen,
-                                on_change=lambda e, k=key: self._choose(k, bool(e.value))).props(
-                        "dense size=xs").classes("rnd-pick").mark(f"pick-{key}")  # fmt: skip
-                    ui.space()
-                    if chosen:
-                        ui.html(swatch(self.model.picked.index(key)))
+        """Show who could drive, and in which colour those will who were chosen.
+
+        Boxes that are there already stay: somebody may be about to click the next one.
+        """
+        before, self._filling = self._filling, True
+        known = self.model.controllers()
+        if list(known) != list(self._boxes):
+            self.picks.clear()
+            self._boxes.clear()
+            with self.picks:
+                for key, words in known.items():
+                    self._boxes[key] = self._box(key, words)
+        for key, (box, colour) in self._boxes.items():
+            box.value = key in self.model.picked
+            colour.content = swatch(self.model.picked.index(key)) if box.value else ""
+        self._filling = before
+
+    def _box(self, key: str, words: str) -> tuple[ui.checkbox, ui.html]:
+        def choose(event: Any) -> Any:
+            return None if self._filling else self._choose(key, bool(event.value))
+
+        with ui.row().classes("w-full items-center no-wrap gap-1"):
+            box = ui.checkbox(words, on_change=choose)
+            box.props("dense size=xs").classes("rnd-pick").mark(f"pick-{key}")
+            box.props["aria-label"] = words
+            ui.space()
+            return box, ui.html()
 
     def _fill_made(self, world: World) -> None:
-        self.made.clear()
+        """Show the settings of the ground; its fields stay while it is of the same kind."""
+        if self._kind != world.ground:
+            self._kind = world.ground
+            self.made.clear()
+            self._sliders.clear()
+            if not world.flat:
+                with self.made:
+                    self._ground_fields(world)
         if world.flat:
             return
-        with self.made:
-            with ui.row().classes("w-full items-center no-wrap gap-1"):
-                self.seed = ui.number("Seed", value=world.seed, min=0, precision=0, step=1,
-                                      on_change=self._by_hand(self._type_seed)).props(
-                    "dense debounce=500").classes("col").mark("ground-seed")  # fmt: skip
-                ui.button(icon="casino", color=None, on_click=self._dice).props(
-                    'flat dense round aria-label="Another seed"'
-                ).tooltip("Another seed").mark("dice")  # fmt: skip
-            if world.ground in GENERATORS:
-                self._sliders(world)
-            _slider("Rocks: share of the ground", world.rocks, (*ROCKS, 0.01),
-                    lambda v: self._later(rocks=v if v >= 0.005 else 0.0))  # fmt: skip
+        self.seed.value = world.seed
+        values: dict[str, Any] = {"rocks": world.rocks}
+        if world.ground in GENERATORS:
+            values |= GENERATORS[world.ground](**dict(world.made)).model_dump()
+        for key, slider in self._sliders.items():
+            slider.value = values[key]
 
-    def _sliders(self, world: World) -> None:
-        settings = GENERATORS[world.ground](**dict(world.made))
+    def _ground_fields(self, world: World) -> None:
+        with ui.row().classes("w-full items-center no-wrap gap-1"):
+            self.seed = ui.number(
+                "Seed", min=0, precision=0, step=1, on_change=self._by_hand(self._type_seed)
+            )
+            self.seed.props("dense debounce=500").classes("col").mark("ground-seed")
+            ui.button(icon="casino", color=None, on_click=self._dice).props(
+                'flat dense round aria-label="Another seed"'
+            ).tooltip("Another seed").mark("dice")  # fmt: skip
+        if world.ground in GENERATORS:
+            self._made_sliders(GENERATORS[world.ground]())
+        self._sliders["rocks"] = _slider(
+            "Rocks: share of the ground", (*ROCKS, 0.01),
+            lambda v: self._later(rocks=v if v >= 0.005 else 0.0),
+        )  # fmt: skip
+
+    def _made_sliders(self, settings: Any) -> None:
+        """A slider for each number of a generator that says its range and title."""
         for key, field in type(settings).model_fields.items():
             low, high = (_bound(field, name) for name in ("ge", "le"))
             if field.title is None or low is None or high is None:
                 continue
-            value = getattr(settings, key)
-            step = 1 if isinstance(value, int) else _step(low, high)
-            _slider(field.title, value, (low, min(high, _NARROW.get(key, high)), step),
-                    partial(self._make, key, isinstance(value, int)))  # fmt: skip
+            whole = isinstance(getattr(settings, key), int)
+            bounds = (low, min(high, _NARROW.get(key, high)), 1 if whole else _step(low, high))
+            self._sliders[key] = _slider(field.title, bounds, partial(self._make, key, whole))
 
     async def _make(self, key: str, whole: bool, value: float) -> None:
         made = {**dict(self.model.world.made), key: int(value) if whole else float(value)}
@@ -240,7 +276,9 @@ class SetupPanel:
             if kind == "flat":
                 world = model.flat[name]
             elif kind == "made":
-                world = World(ground=name, seed=model.world.seed, **_corners(name))
+                world = World(
+                    ground=name, seed=model.world.seed, rocks=SOME_ROCKS, **_corners(name)
+                )
             else:
                 world = model.file_world(name)
             model.set_world(dataclasses.replace(world, rover=rover), settle=kind != "flat")
@@ -310,17 +348,18 @@ def _corners(name: str) -> dict[str, Any]:
 
 
 def _slider(
-    words: str, value: float, bounds: tuple[float, float, float], do: Callable[[float], Any]
-) -> None:
+    words: str, bounds: tuple[float, float, float], do: Callable[[float], Any]
+) -> ui.slider:
     low, high, step = bounds
     with ui.row().classes("w-full items-center no-wrap gap-2"):
         ui.label(words).classes("rn-note rnd-slider-name")
-        slider = ui.slider(min=low, max=high, step=step, value=value).props(
+        slider = ui.slider(min=low, max=high, step=step, value=low).props(
             f'label dense aria-label="{escape(words)}"'
         ).classes("col")  # fmt: skip
         slider.on("change", lambda event: do(min(max(number_in(event.args, low), low), high)))
         slider.mark(words.split(":")[0].lower())
         ui.label().bind_text_from(slider, "value", lambda v: f"{v:.3g}").classes("rn-num rn-note")
+    return slider
 
 
 def number_in(item: Any, otherwise: float = math.nan) -> float:

@@ -100,9 +100,10 @@ class SidePanel:
     def _row(self, i: int, one: DriveRun) -> None:
         told = one.summary()
         ended = "stopped" if one.error else one.outcome.label.replace("_", " ")
-        with ui.element("td").classes("rnd-who"), ui.element("button").classes("rnd-plain").props(
-            f'aria-label="Look at {escape(one.pick.label)}"'
-        ).on("click", partial(self._choose, i)):  # fmt: skip
+        with ui.element("td").classes("rnd-who"):
+            button = ui.element("button").classes("rnd-plain").on("click", partial(self._choose, i))
+            button.props["aria-label"] = f"Look at {one.pick.label}"
+        with button:
             ui.html(swatch(i))
             ui.label(one.pick.label)
         with ui.element("td"):

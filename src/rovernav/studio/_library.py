@@ -11,7 +11,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, final
 
-from ..core import FileError, SettingError, canonical_json, value
+from ..core import FileError, SettingError, canonical_json, plain_data, value
 
 APPLICATION = 0x726F7672  # "rovr": what SQLite files say that a studio wrote
 VERSION = 1
@@ -246,22 +246,9 @@ def _check_file(name: str, content: bytes) -> None:
 
 def _json(data: Mapping[str, Any]) -> str:
     try:
-        return canonical_json(_plain(dict(data)))
+        return canonical_json(plain_data(data))
     except (TypeError, ValueError) as error:
         raise SettingError(f"a run's settings and summary must be plain data: {error}") from None
-
-
-def _plain(item: Any) -> Any:
-    """Numbers, lists and texts that JSON knows; no NaN and no infinity."""
-    if isinstance(item, dict):
-        return {str(key): _plain(part) for key, part in item.items()}
-    if isinstance(item, list | tuple):
-        return [_plain(part) for part in item]
-    if hasattr(item, "tolist"):
-        return _plain(item.tolist())
-    if isinstance(item, float) and not abs(item) < float("inf"):
-        return None
-    return item
 
 
 def _run(row: tuple[Any, ...]) -> Run:

@@ -143,12 +143,12 @@ def rose(why: Why) -> str:
         'stroke="var(--rn-vermilion)" stroke-width="1.6" stroke-dasharray="5 4"/>'
         f'<path d="M{middle - 6} {middle + 7}l6 -16l6 16z" fill="var(--rn-ink)"/>'
     )
-    keys = [("vermilion", "the one it took; dashed: where it steers"), ("blue", "the others")]
+    keys = [("vermilion", "taken; dashed: steered"), ("blue", "other directions")]
     if free is not None:
-        keys.append(("sky", "free way, as its map has it"))
+        keys.append(("sky", "free way on its map"))
     legend = "".join(
         f'<rect x="300" y="{40 + 24 * i}" width="12" height="12" fill="var(--rn-{c})"/>'
-        f'<text x="318" y="{50 + 24 * i}" font-size="11">{_short(w)}</text>'
+        f'<text x="318" y="{50 + 24 * i}" font-size="11">{w}</text>'
         for i, (c, w) in enumerate(keys)
     )
     return (
@@ -215,7 +215,3 @@ def _list(words: list[str] | tuple[str, ...]) -> str:
 
 def _bold(yes: bool) -> str:
     return 'font-weight="700"' if yes else ""
-
-
-def _short(words: str) -> str:
-    return escape(words if len(words) <= 26 else words[:26].rsplit(" ", 1)[0])
