@@ -26,6 +26,7 @@ WAVES = (
     "--method batch --topology 3-64-64-2 --activations tanh,tanh,linear --epochs 20 "
     "--validation 0.1 --schedule cosine --eta 0.01 --shards 8"
 )
+MADE = "--seed 3 --size 120,90 --slope 4 --craters mars --rocks 0.06"
 LIMIT = 300_000
 """Largest picture [bytes]."""
 
@@ -42,6 +43,8 @@ def main() -> None:
         write_waves(out / "waves.csv")
         rovernav("train", out / "waves.csv", *WAVES.split(), "--out", out / "waves")
         keep(out / "waves/training.png", "batches.png")
+        rovernav("terrain", "make", *MADE.split(), "--out", out / "made")
+        keep(out / "made/terrain.png", "made-ground.png")
         data = Path(os.environ.get("ROVERNAV_DATA", "."))
         if not (data / YARD).exists():
             sys.exit(f"no {YARD} in ROVERNAV_DATA: pictures of real ground stay as they are")

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from tests.cli import bad_files as bad
-from tests.cli.made_cases import MADE_WRONG, PARTS
+from tests.cli.ground_cases import MADE_WRONG, PARTS
 from tests.cli.runner import run
 
 PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "wrong-input.md"
@@ -209,72 +209,6 @@ CASES = [
     Case(ROVER, "text for a number", f"{ON} --rover rover.yaml",
          "rover.yaml: speed_m_s = 'fast': input should be a valid number",
          of(bad.rover, speed_m_s="fast")),
-    Case(GROUND, "missing", ON, "there is no elevation file at ground.tif; check the path"),
-    Case(GROUND, "a web address", "inspect https://example.org/yard.tif",
-         "FILE must be on this machine, got 'https://example.org/yard.tif'; download it first"),
-    Case(GROUND, "a picture", "inspect figure.png",
-         "figure.png is a picture; if it is a map of heights, say what its greys mean: --heights "
-         "LOW,HIGH and --cell METRES", of(bad.picture, "figure.png")),
-    Case(GROUND, "text", ON,
-         "ground.tif is not an elevation file: it begins with b'heights'; give a GeoTIFF (.tif), "
-         "PDS or ISIS image, ASCII grid (.asc), NumPy array (.npy, .npz), table of numbers (.csv, "
-         ".txt), PNG with --heights, or a folder with meta.json and heights.bin",
-         of(bad.raw, "ground.tif", b"heights")),
-    Case(GROUND, "a table of uneven rows", "inspect ground.csv --cell 1",
-         "ground.csv is not a grid of numbers (…); give every row as many",
-         of(bad.raw, "ground.csv", b"1 2 3\n4 5\n6 7 8\n")),
-    Case(GROUND, "a pointer to other files", ON,
-         "ground.tif is a VRT that only points to other files (gdal_translate IN OUT.tif makes "
-         "one file); give a GeoTIFF (.tif), …", of(bad.raw, "ground.tif", b"<VRTDataset/>")),
-    Case(GROUND, "cut off", ON,
-         "ground.tif is a damaged or cut-off GeoTIFF (…); fetch or export it again",
-         of(bad.ground, keep=0.5)),
-    Case(GROUND, "an image of three bands", ON,
-         "ground.tif has 3 bands, so it is an image rather than an elevation model; give a file "
-         "with one band (gdal_translate -b 1 IN OUT.tif takes the first)", of(bad.ground, count=3)),
-    Case(GROUND, "degrees beyond the pole", ON,
-         "ground.tif has its middle at (1493, -991), which is no place in its coordinate system "
-         "WGS 84; assign the right one (gdal_edit.py -a_srs EPSG:NUMBER FILE)",
-         of(bad.ground, crs="EPSG:4326", cells=(50.0, 0.0, 0.0, -50.0))),
-    Case(GROUND, "heights in an unknown unit", ON,
-         "ground.tif has heights in 'furlong', not in m, km, cm, mm, ft or us-ft; convert them to "
-         "metres first", of(bad.ground_in, "furlong")),
-    Case(GROUND, "rotated", ON,
-         "ground.tif is rotated or mirrored (geotransform (0.4, 0.3, -7.0, 0.3, -0.4, 9.0)); "
-         "turn it north-up first (gdalwarp IN OUT.tif)",
-         of(bad.ground, cells=(0.4, 0.3, 0.3, -0.4))),
-    Case(GROUND, "no height at all", ON,
-         "GeoTIFF ground.tif: every height is missing; check the file's nodata value",
-         of(bad.ground_of, -9999.0)),
-    Case(GROUND, "an infinite height", ON,
-         "GeoTIFF ground.tif: 2400 heights are infinite; mark missing heights as NaN or as "
-         "nodata", of(bad.ground_of, float("inf"))),
-    Case(GROUND, "heights that mark missing data", ON,
-         "GeoTIFF ground.tif: heights from -3.4e+38 to -3.4e+38 m go beyond 100 km; if one of "
-         "them marks missing data, set it as the file's nodata value", of(bad.ground_of, -3.4e38)),
-    Case(GROUND, "a cell that contradicts the file", f"{ON} --cell 2",
-         "ground.tif has its own cells of 0.5 m; leave --cell out", bad.ground),
-    Case(GROUND, "an array without its cell", NPY,
-         "ground.npy does not say how large its cells are; give --cell METRES",
-         of(bad.array, [[0.0] * 9] * 9)),
-    Case(GROUND, "an array of three dimensions", f"{NPY} --cell 1",
-         "ground.npy holds float64 of shape (1, 9, 9); ground is a two-dimensional array of "
-         "whole or floating-point metres", of(bad.array, [[[0.0] * 9] * 9])),
-    Case(GROUND, "an array of Python objects", f"{NPY} --cell 1",
-         "ground.npy is not a whole NumPy array of numbers (…); write it with numpy.save",
-         of(bad.array, [[{}]])),
-    Case(GROUND, "start off the map", "drive --terrain ground.tif --from 100,0 --to 1,2",
-         "the start (100, 0) lies off the map, which reaches from (-7, -11) to (23, 9)",
-         bad.ground),
-    Case(GROUND, "goal where the rover cannot stand",
-         "drive --terrain ground.tif --from -5,-8 --to 8.5,3",
-         "rover paper-point cannot stand at the goal: the slope is 78.8 deg, its limit 20.0 deg;"
-         " choose another point", bad.ground),
-    Case(GROUND, "rocks in per cent", f"{ON} --rocks 5",
-         "rock abundance must be a share of the ground from 0.005 to 0.4, got 5; write 5 % as "
-         "0.05", bad.ground),
-    Case(GROUND, "no goal", "drive --terrain ground.tif --from -5,-8",
-         "--terrain needs --to X,Y as well"),
     *[Case(kind, *one) for kind, cases in ((GROUND, PARTS), (MADE, MADE_WRONG)) for one in cases],
     Case(TRACE, "missing", "inspect trace.npz", "there is no file at trace.npz; check the path"),
     Case(TRACE, "cut off", "inspect trace.npz",
