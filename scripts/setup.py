@@ -21,7 +21,7 @@ PYTHON = VENV / "bin" / "python"
 STAMP = VENV / "rovernav-stamp"
 UNFINISHED = VENV / "rovernav-unfinished"
 LOG = VENV / "rovernav-setup.log"
-EXTRAS = "cluster,studio,test,dev,docs"
+EXTRAS = "cluster,studio,gym,ros,physics,test,dev,docs"
 OLDEST, NEWEST = (3, 11), (3, 14)
 FOREIGN = {  # what a person's shell may hold, and what would send packages elsewhere
     *("PIP_PREFIX", "PIP_TARGET", "PIP_USER"),
