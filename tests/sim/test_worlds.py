@@ -9,7 +9,8 @@ from numpy.testing import assert_array_equal
 from shapely import Point, Polygon, unary_union
 
 from rovernav.core import Frame, ShapeError
-from rovernav.sim import Grid, Shape, Shapes, Worlds
+from rovernav.kernels import drive
+from rovernav.sim import Grid, Ground, Rocks, Shape, Shapes, Worlds
 
 GRID = Grid(frame=Frame(cell=0.5, shape=(4, 6)), blocked=np.zeros((4, 6), np.uint8))
 
@@ -36,6 +37,72 @@ def test_a_row_is_the_world_of_that_rover() -> None:
         assert row.grid is GRID
 
 
+def test_worlds_may_have_ground_and_rocks_of_their_own() -> None:
+    frame = Frame(cell=0.5, shape=(4, 6))
+    blocked = np.zeros((2, 4, 6), np.uint8)
+    blocked[1, 2, 3] = 1
+    heights = np.arange(48, dtype=np.float32).reshape(2, 4, 6)
+    rocks = np.array([[1.0, 1, 0.2, 0.1], [2, 1, 0.3, 0.4], [1, 2, 0.1, 0.1]])
+    worlds = Worlds(
+        **parts(),
+        grid=Grid(frame=frame, blocked=blocked),
+        ground=Ground(frame=frame, height=heights, offset=7.0),
+        rocks=Rocks(place=rocks, offsets=np.array([0, 1, 3])),
+    )
+    for k, i in enumerate(worlds.of):
+        row = worlds.row(k)
+        assert row.grid is not None
+        assert row.ground is not None
+        assert row.rocks is not None
+        assert_array_equal(row.grid.blocked, blocked[i])
+        assert_array_equal(row.ground.height, heights[i])
+        assert row.ground.offset == 7.0
+        assert_array_equal(row.rocks.place, rocks[:1] if i == 0 else rocks[1:])
+        assert_array_equal(row.rocks.offsets, [0, len(row.rocks.place)])
+    middle = np.array([[1.75, 1.25, 0.0]] * 3)
+    hit = np.empty(3)
+    drive.contacts(middle, middle, worlds.arrays(), hit)
+    assert_array_equal(hit <= 1.0, worlds.of == 1)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"grid": (3, 4, 6)}, r"2 worlds need one grid for all or one for each, got \(3, 4, 6\)"),
+        ({"ground": (1, 4, 6)}, "2 worlds need one ground for all or one for each"),
+        ({"rocks": [0, 0]}, "2 worlds need the rocks of each, got 1"),
+    ],
+)
+def test_layers_are_those_of_the_worlds(change: dict[str, Any], message: str) -> None:
+    frame = Frame(cell=0.5, shape=(4, 6))
+    made: dict[str, Any] = {
+        "grid": lambda shape: Grid(frame=frame, blocked=np.zeros(shape, np.uint8)),
+        "ground": lambda shape: Ground(frame=frame, height=np.zeros(shape, np.float32)),
+        "rocks": lambda ends: Rocks(place=np.empty((0, 4)), offsets=np.array(ends)),
+    }
+    given = {name: made[name](size) for name, size in change.items()}
+    with pytest.raises(ShapeError, match=message):
+        Worlds(**parts(), **given)
+
+
+@pytest.mark.parametrize(
+    ("place", "message"),
+    [
+        ([[0.0, 0, 1]], "rocks need finite x, y, radius, height"),
+        ([[0.0, 0, 1, np.nan]], "rocks need finite"),
+        ([[0.0, 0, 0, 1]], "a radius and a height above 0 m"),
+    ],
+)
+def test_rocks_are_checked(place: list[list[float]], message: str) -> None:
+    with pytest.raises(ShapeError, match=message):
+        Rocks(place=np.array(place), offsets=np.array([0, len(place)]))
+
+
+def test_ground_is_short_floats_of_its_frame() -> None:
+    with pytest.raises(ShapeError, match="ground needs float32 heights of shape"):
+        Ground(frame=Frame(cell=0.5, shape=(4, 6)), height=np.zeros((4, 6)))  # type: ignore[arg-type]
+
+
 def test_one_world_for_many_rovers() -> None:
     worlds = Worlds.single([(0, 0, 1, 1)], rovers=3)
     assert_array_equal(worlds.of, [0, 0, 0])
@@ -57,8 +124,8 @@ def test_kernels_get_contiguous_arrays() -> None:
     arrays = worlds.arrays()
     assert all(a.flags.c_contiguous for a in (arrays.boxes, arrays.offsets, arrays.of))
     assert arrays.cell == 0.5
-    assert arrays.blocked.shape == (4, 6)
-    assert Worlds(**parts()).arrays().blocked.shape == (0, 0)
+    assert arrays.blocked.shape == (1, 4, 6)
+    assert Worlds(**parts()).arrays().blocked.shape == (0, 0, 0)
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from ._arrays import F64, I8
+from ._arrays import F64, I8, I64
 from .errors import SettingError, ShapeError
 from .outcome import Outcome
 from .values import read_only, value
+
+NOT_GIVEN: Any = None
+"""Stands for an array that a value fills in by itself."""
 
 
 @value
@@ -26,14 +29,24 @@ class Mission:
         goal: Goals (n, 2): x [m], y [m].
         goal_radius: A rover within this distance of its goal has reached it [m].
         time_limit: A drive that lasts longer ends as `Outcome.TIMED_OUT` [s].
+        number: Number of each rover (n,), 0 to n - 1 where not given. Whatever is random for a
+            rover hangs on it, so a rover taken out of a batch keeps its luck.
     """
 
     start: F64
     goal: F64
     goal_radius: float
     time_limit: float
+    number: I64 = NOT_GIVEN
 
     def _check(self) -> None:
+        if self.number is NOT_GIVEN:
+            object.__setattr__(self, "number", read_only(np.arange(len(self.start))))
+        if self.number.shape != (len(self.start),) or self.number.dtype != np.int64:
+            raise ShapeError(
+                f"a mission needs one int64 number for each of {len(self.start)} rovers, "
+                f"got {self.number.dtype} {self.number.shape}"
+            )
         _need(self.start, "mission start", 3)
         _need(self.goal, "mission goal", 2)
         if len(self.start) != len(self.goal):
@@ -76,6 +89,12 @@ class RoverState:
         twist: Body velocity (n, 3): forward [m/s], left [m/s], turn [rad/s].
         odometry: Distance driven (n,) [m].
         outcome: `Outcome` codes (n,), int8.
+        attitude: Height of the middle at the axles [m], pitch (nose up) [rad] and roll (left side
+            up) [rad] (n, 3); 0 on flat worlds.
+        slip: Share of the wheels' way that is lost along, and that slides to the left (n, 2).
+        energy: Spent since the start (n,) [J].
+        stall: Way the wheels have turned [m], and x, y [m], since and at the place from which
+            progress is measured (n, 3).
     """
 
     time: F64
@@ -83,6 +102,19 @@ class RoverState:
     twist: F64
     odometry: F64
     outcome: I8
+    attitude: F64 = NOT_GIVEN
+    slip: F64 = NOT_GIVEN
+    energy: F64 = NOT_GIVEN
+    stall: F64 = NOT_GIVEN
+
+    def _check(self) -> None:
+        n = len(self.pose)
+        for name, shape in (("attitude", (n, 3)), ("slip", (n, 2)), ("energy", (n,))):
+            if getattr(self, name) is NOT_GIVEN:
+                object.__setattr__(self, name, read_only(np.zeros(shape)))
+        if self.stall is NOT_GIVEN:
+            stall = np.concatenate([np.zeros((n, 1)), self.pose[:, :2]], axis=1)
+            object.__setattr__(self, "stall", read_only(stall))
 
     @classmethod
     def at_start(cls, mission: Mission) -> RoverState:

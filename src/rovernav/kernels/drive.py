@@ -27,7 +27,7 @@ class WorldArrays(NamedTuple):
         boxes: All boxes (m, 4): x0, y0, x1, y1 [m].
         offsets: Box k of world i has offsets[i] <= k < offsets[i + 1] (w + 1,).
         of: World of each rover (n,).
-        blocked: Grid that all worlds share (h, w), or (0, 0).
+        blocked: Grid of each world or one for all (g, h, w); (0, 0, 0) where there is none.
         cell: Its cell [m].
         corners: Corners of all rounded polygons (p, 2) [m].
         ends: Polygon i has the corners ends[i] to ends[i + 1] (m + 1,).
@@ -129,8 +129,8 @@ def first_contact(k: int, ax: float, ay: float, bx: float, by: float, world: Wor
     of = world.of[k]
     t = first_boxes(ax, ay, bx, by, world.boxes, world.offsets[of], world.offsets[of + 1])
     if world.blocked.size:
-        c = world.cell
-        t = min(t, first_cell(ax / c, ay / c, bx / c, by / c, world.blocked))
+        c, layer = world.cell, of if world.blocked.shape[0] > 1 else 0
+        t = min(t, first_cell(ax / c, ay / c, bx / c, by / c, world.blocked[layer]))
     if world.shapes.size:
         which = (world.shapes[of], world.shapes[of + 1])
         t = min(t, first_shapes(ax, ay, bx, by, world.corners, world.ends, world.radius, which))

@@ -8,7 +8,7 @@ from ._sensors import ClearSight, OffLine
 from ._shapes import Shape, Shapes
 from ._simulate import Drive, DriveState, begin, simulate, tick
 from ._trace import Trace, TraceBuilder, load_trace, save_trace
-from ._world import Grid, Worlds
+from ._world import Grid, Ground, Rocks, Worlds
 
 __all__ = [
     "ClearSight",
@@ -16,8 +16,10 @@ __all__ = [
     "Drive",
     "DriveState",
     "Grid",
+    "Ground",
     "OffLine",
     "RangeFan",
+    "Rocks",
     "Shape",
     "Shapes",
     "Trace",

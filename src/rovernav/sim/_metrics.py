@@ -40,8 +40,9 @@ def clearance(path: F64, worlds: Worlds, k: int = 0) -> float:
             corners = np.ascontiguousarray(shape.corners)
             gap = rounded.segment_shape(a[0], a[1], b[0], b[1], corners, float(shape.radius))
             best = min(best, gap)
-    if worlds.grid is not None:
-        best = min(best, _to_grid(points, worlds.grid))
+    grid = worlds.row(k).grid
+    if grid is not None:
+        best = min(best, _to_grid(points, grid))
     return float(best)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -29,12 +30,12 @@ class TwoAxis:
         """The state one period later, obstacles not yet considered."""
         pose = np.empty_like(state.pose)
         kernels.two_axis(state.pose, command.twist, self.period, pose)
-        return RoverState(
+        return replace(
+            state,
             time=state.time + self.period,
             pose=pose,
             twist=command.twist,
             odometry=state.odometry + _moved(state.pose, pose),
-            outcome=state.outcome,
         )
 
 
@@ -64,12 +65,12 @@ class DifferentialDrive:
         kernels.differential(
             state.pose, command.twist, self.speed, self.turn_rate, self.period, pose, twist
         )
-        return RoverState(
+        return replace(
+            state,
             time=state.time + self.period,
             pose=pose,
             twist=twist,
             odometry=state.odometry + _moved(state.pose, pose),
-            outcome=state.outcome,
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -116,10 +117,10 @@ def tick(drive: Drive, state: DriveState) -> DriveState:
     contact = _contacts(drive, rovers.pose, pose)
     hit = contact <= 1.0
     pose = np.where(hit[:, None], _at_contact(rovers.pose, pose, contact), pose)
-    after = RoverState(
+    after = replace(
+        moved,
         time=np.where(rovers.driving, moved.time, rovers.time),
         pose=pose,
-        twist=moved.twist,
         odometry=rovers.odometry + _length(rovers.pose, pose),
         outcome=rovers.outcome,
     )
@@ -227,10 +228,5 @@ def _length(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def _with(rovers: RoverState, *, outcome: np.ndarray) -> RoverState:
     """The rovers with these ends; those that ended stand still."""
-    return RoverState(
-        time=rovers.time,
-        pose=rovers.pose,
-        twist=np.where((outcome == Outcome.DRIVING)[:, None], rovers.twist, 0.0),
-        odometry=rovers.odometry,
-        outcome=outcome,
-    )
+    twist = np.where((outcome == Outcome.DRIVING)[:, None], rovers.twist, 0.0)
+    return replace(rovers, twist=twist, outcome=outcome)
