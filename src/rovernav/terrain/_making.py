@@ -213,7 +213,7 @@ class Ground:
         said = [f"relief of Hurst exponent {r.relief.hurst:g} and rms slope "
                 f"{math.degrees(r.relief.slope):g} deg over {r.relief.baseline:g} m"]  # fmt: skip
         if r.craters is not None:
-            said.append(f"craters of the {r.craters.body}, {r.craters.age:g} Gyr")
+            said.append(f"craters as on {_BODIES[r.craters.body]} after {r.craters.age:g} Gyr")
         said += [name for name in ("dunes", "cliffs", "pits") if getattr(r, name) is not None]
         if r.rocks is not None:
             said.append(f"rocks over {r.rocks:.1%}")
@@ -257,3 +257,6 @@ class Ground:
 
     def _corner(self, window: Window) -> tuple[float, float]:
         return window.column * self.recipe.cell, window.row * self.recipe.cell
+
+
+_BODIES = {"mars": "Mars", "moon": "the Moon"}
