@@ -87,6 +87,17 @@ def test_cells_have_a_size() -> None:
     assert_allclose([route.length, route.cost], [4.0, 8.0])
 
 
+def test_an_end_beyond_the_map_is_told_in_its_coordinates_too() -> None:
+    frame = Frame(cell=0.5, shape=(4, 6), origin=(7000.0, -90.0))
+    answer = shortest(CostMap.of(1.0, frame), (-6995.0, 91.0), (1.5, 0.5))
+    assert answer.reason == (
+        "the start (-6995, 91) m lies beyond the map, which is 3 m wide and 2 m high; in its own "
+        "coordinates that is 5, 1, and it spans x from 7000 to 7003 and y from -90 to -88"
+    )
+    plain = shortest(CostMap.of(1.0, Frame(cell=0.5, shape=(4, 6))), (9, 1), (1.5, 0.5))
+    assert plain.reason.endswith("which is 3 m wide and 2 m high")
+
+
 def test_ends_that_cannot_be() -> None:
     costs = CostMap.of(1.0, forbidden=np.eye(4))
     assert shortest(costs, (9, 1), (1.5, 0.5)).way is Way.START_OUTSIDE

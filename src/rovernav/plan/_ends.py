@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from ..core import InputError
+from ..core import Frame, InputError
 from ..kernels import polyline
 from ._costs import CostMap
 from ._route import Route, Way, no_route
@@ -41,7 +41,7 @@ def judge_ends(costs: CostMap, start: Point, goal: Point) -> Route | None:
             return no_route(
                 way,
                 f"the {what} {_at(x, y)} lies beyond the map, which is {width:g} m wide and "
-                f"{height:g} m high",
+                f"{height:g} m high{_on_the_map(costs.frame, (x, y))}",
             )
     for (x, y), what, way in (
         (start, "start", Way.START_FORBIDDEN),
@@ -120,3 +120,17 @@ def _nearest(costs: CostMap, wanted: Any, x: float, y: float) -> Point | None:
 
 def _at(x: float, y: float) -> str:
     return f"({x:.6g}, {y:.6g}) m"
+
+
+def _on_the_map(frame: Frame, point: Point) -> str:
+    """The point and the map in the map's own coordinates, where those are others."""
+    if frame.to_map(0.0, 0.0) == (0.0, 0.0) and frame.to_map(1.0, 1.0) == (1.0, 1.0):
+        return ""
+    width, height = frame.extent
+    corners = [frame.to_map(x, y) for x in (0.0, width) for y in (0.0, height)]
+    (left, *_, right), (bottom, *_, top) = (sorted(side) for side in zip(*corners, strict=True))
+    x, y = frame.to_map(*point)
+    return (
+        f"; in its own coordinates that is {x:.9g}, {y:.9g}, and it spans x from {left:.9g} to "
+        f"{right:.9g} and y from {bottom:.9g} to {top:.9g}"
+    )
