@@ -86,15 +86,16 @@ class RoverState:
     Attributes:
         time: Seconds since the start (n,) [s].
         pose: x [m], y [m], heading [rad] (n, 3).
-        twist: Body velocity (n, 3): forward [m/s], left [m/s], turn [rad/s].
+        twist: Body velocity (n, 3): forward [m/s], left [m/s], turn [rad/s]; where wheels slip,
+            what they drive, nothing taken off for the slip.
         odometry: Distance driven (n,) [m].
         outcome: `Outcome` codes (n,), int8.
         attitude: Height of the middle at the axles [m], pitch (nose up) [rad] and roll (left side
             up) [rad] (n, 3); 0 on flat worlds.
         slip: Share of the wheels' way that is lost along, and that slides to the left (n, 2).
         energy: Spent since the start (n,) [J].
-        stall: Way the wheels have turned [m], and x, y [m], since and at the place from which
-            progress is measured (n, 3).
+        stall: Way that was commanded [m], and way made good [m], since progress was last looked at
+            (n, 2).
     """
 
     time: F64
@@ -109,12 +110,10 @@ class RoverState:
 
     def _check(self) -> None:
         n = len(self.pose)
-        for name, shape in (("attitude", (n, 3)), ("slip", (n, 2)), ("energy", (n,))):
+        shapes = (("attitude", (n, 3)), ("slip", (n, 2)), ("energy", (n,)), ("stall", (n, 2)))
+        for name, shape in shapes:
             if getattr(self, name) is NOT_GIVEN:
                 object.__setattr__(self, name, read_only(np.zeros(shape)))
-        if self.stall is NOT_GIVEN:
-            stall = np.concatenate([np.zeros((n, 1)), self.pose[:, :2]], axis=1)
-            object.__setattr__(self, "stall", read_only(stall))
 
     @classmethod
     def at_start(cls, mission: Mission) -> RoverState:

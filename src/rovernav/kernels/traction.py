@@ -71,6 +71,21 @@ def _code(along: float, across: float, slip: float, table: F64, soil: int) -> in
 
 
 @kernel(inline=True)
+def slips(along: float, across: float, table: F64, soil: int) -> tuple[float, float]:
+    """Slip and side slip on ground that rises by A along the way and B to the left of it."""
+    slip = _at(table, soil, FIRST, along)
+    return slip, _at(table, soil, FIRST + NODES, across / np.sqrt(1.0 + along * along))
+
+
+@kernel(inline=True)
+def pull_of(along: float, table: F64, soil: int) -> float:
+    """F / e: what the drive motors draw for each m/s of the wheels [N]."""
+    stretch = np.sqrt(1.0 + along * along)
+    force = max(0.0, table[soil, WEIGHT] * (along + table[soil, ROLLING]) / stretch)
+    return force / table[soil, EFFICIENCY]
+
+
+@kernel(inline=True)
 def drive_edge(
     p: float, q: float, ex: float, ey: float, table: F64, soil: int
 ) -> tuple[float, float, float, float, int]:
@@ -81,15 +96,13 @@ def drive_edge(
     """
     along, across = p * ex + q * ey, q * ex - p * ey
     stretch = np.sqrt(1.0 + along * along)
-    slip = _at(table, soil, FIRST, along)
-    side = _at(table, soil, FIRST + NODES, across / stretch)
+    slip, side = slips(along, across, table, soil)
     code = _code(along, across, slip, table, soil)
     squared = (1.0 - slip) * (1.0 - slip) - side * side
     if slip >= 1.0 or squared <= 1e-6:
         code = SLIP + (code - (code & 7)) if code & 7 == ALLOWED else code
         return np.inf, np.inf, slip, side, code
-    force = max(0.0, table[soil, WEIGHT] * (along + table[soil, ROLLING]) / stretch)
-    pull = force / table[soil, EFFICIENCY]
+    pull = pull_of(along, table, soil)
     speed = table[soil, SPEED]
     if pull * speed > table[soil, POWER]:
         speed = table[soil, POWER] / pull

@@ -9,6 +9,7 @@ from ._reading import presets, read_rover
 from ._settle import Pose, Settled, Surface, settle, surface
 from ._soils import Soil, read_soil, soils
 from ._standing import Reason, Standing, standing
+from ._steering import Steering
 from ._traction import DriveCost, cheapest, drive_cost, drive_table
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "Settled",
     "Soil",
     "Standing",
+    "Steering",
     "Surface",
     "bound",
     "cheapest",

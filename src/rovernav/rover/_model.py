@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from ..core import F64, SettingError, suggest, value
 from ._chassis import Chassis, chassis_array
 from ._mobility import Mobility
+from ._steering import Kind, Steering
 
 Drive = Literal["differential", "two-axis"]
+
+NOT_GIVEN: Any = None
+"""Stands for what a rover fills in by itself."""
+_STEERS: dict[str, Kind] = {"two-axis": "two-axis", "differential": "skid"}
 
 POINT_FOOTING = 0.3
 """Ground over which a rover without a size feels a slope [m]: a small wheelbase."""
@@ -42,6 +47,8 @@ class Rover:
             does not say, it gets four wheels at the corners of its footprint and an averaging
             suspension; None without wheels.
         mobility: Mass, motors and soil, for slip and energy; None where they are not known.
+        steering: Which wheels are steered, limits of the motors and their lag. Where a rover does
+            not say, that of its drive: "skid" or "two-axis", without further limits.
     """
 
     name: str
@@ -60,11 +67,14 @@ class Rover:
     footing: float = 0.0
     chassis: Chassis | None = None
     mobility: Mobility | None = None
+    steering: Steering = NOT_GIVEN
 
     def _check(self) -> None:
         if self.drive not in get_args(Drive):
             known = suggest(self.drive, get_args(Drive))
             raise SettingError(f"rover {self.name}: unknown drive {self.drive!r}; {known}")
+        if self.steering is NOT_GIVEN:
+            object.__setattr__(self, "steering", Steering(kind=_STEERS[self.drive]))
         for field, low, high, unit in _RANGES:
             _within(self.name, field, getattr(self, field), (low, high), unit)
         if self.footing == 0.0:
@@ -155,6 +165,13 @@ def _contradictions(rover: Rover) -> list[str]:
         found.extend(_chassis_contradictions(rover, rover.chassis))
     if rover.drive == "two-axis" and rover.step == 0.0:
         found.append("a two-axis rover needs a positive step; set it")
+    steered = rover.steering.kind
+    if (rover.drive == "two-axis") != (steered == "two-axis"):
+        found.append(
+            f"a {rover.drive} rover cannot have {steered} steering; two-axis goes with itself"
+        )
+    if steered in ("ackermann", "crab") and rover.chassis is None and rover.wheel_radius == 0.0:
+        found.append(f"{steered} steering needs wheels; give wheel_radius and track")
     if rover.drive == "differential" and (rover.track == 0.0 or rover.turn_rate == 0.0):
         found.append("a differential rover needs a positive track and turn rate; set both")
     return found

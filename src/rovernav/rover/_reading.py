@@ -12,6 +12,7 @@ from ..core import SettingError, build, read_yaml, suggest
 from ._chassis import Chassis, End, Suspension
 from ._mobility import Mobility
 from ._model import DEGREE, JOINT, STATIC_TILT, Drive, Rover
+from ._steering import Kind, Steering
 
 _SUFFIXES = (".yaml", ".yml")
 
@@ -55,6 +56,7 @@ def _from_yaml(path: Path, *, source: str) -> Rover:
         parts: dict[str, Any] = {
             "chassis": _part(settings.pop("chassis"), _chassis, settings),
             "mobility": _part(settings.pop("mobility"), Mobility),
+            "steering": _part(settings.pop("steering"), Steering),
         }
         return Rover(**parts, **dict(_in_si(key, item) for key, item in settings.items()))
     except SettingError as error:
@@ -91,8 +93,15 @@ def _in_si(key: str, item: Any) -> tuple[str, Any]:
 
 
 _UNITS = (
-    *(("_deg_s", DEGREE), ("_m_s2", 1.0), ("_m_s", 1.0), ("_deg", DEGREE), ("_m", 1.0)),
-    *(("_kg", 1.0), ("_w", 1.0)),
+    *(
+        ("_deg_s2", DEGREE),
+        ("_deg_s", DEGREE),
+        ("_m_s2", 1.0),
+        ("_m_s", 1.0),
+        ("_deg", DEGREE),
+        ("_m", 1.0),
+    ),
+    *(("_kg", 1.0), ("_w", 1.0), ("_s", 1.0)),
 )
 """How keys end, and what turns that unit into SI; longer ends first."""
 
@@ -131,6 +140,15 @@ def _model() -> Any:
         max_slip: float = 0.6
         soil: str = "compacted"
 
+    class SteeringSection(BaseModel):
+        model_config = strict
+        kind: Kind
+        max_steer_deg: float = 90.0
+        wheel_speed_m_s: float = 0.0
+        acceleration_m_s2: float = 0.0
+        turn_acceleration_deg_s2: float = 0.0
+        lag_s: float = 0.0
+
     class RoverFile(BaseModel):
         """The keys of a rover file; units stand in their names. Ranges are the Rover's own."""
 
@@ -151,10 +169,12 @@ def _model() -> Any:
         footing_m: float = 0.0
         chassis: ChassisSection | None = None
         mobility: MobilitySection | None = None
+        steering: SteeringSection | None = None
 
-    names = {"Drive": Drive, "Suspension": Suspension, "End": End, "Field": Field}
-    for model in (ChassisSection, MobilitySection):
+    names = {"Drive": Drive, "Suspension": Suspension, "End": End, "Kind": Kind, "Field": Field}
+    made = (ChassisSection, MobilitySection, SteeringSection)
+    for model in made:
         model.model_rebuild(_types_namespace=names)
-    sections = {"ChassisSection": ChassisSection, "MobilitySection": MobilitySection}
+    sections = {model.__name__: model for model in made}
     RoverFile.model_rebuild(_types_namespace=names | sections)
     return RoverFile

@@ -11,6 +11,7 @@ import numpy as np
 from ..core import (
     Command,
     Controller,
+    InputError,
     Mapper,
     Memory,
     Mission,
@@ -24,6 +25,7 @@ from ..core import (
     value,
 )
 from ..kernels import drive as kernels
+from ._body import Body
 from ._trace import Trace, TraceBuilder
 from ._world import Worlds
 
@@ -71,6 +73,7 @@ class DriveState:
         sensors: Memory of each sensor.
         controller: Memory of the controller.
         mapper: What was sensed so far; None without a mapper.
+        motion: What a body remembers: its luck with slip; None for motion without a body.
         observation: What was last sensed; None before the first step.
         command: What was last commanded; None before the first step.
     """
@@ -79,6 +82,7 @@ class DriveState:
     sensors: tuple[Memory, ...]
     controller: Memory
     mapper: Memory = None
+    motion: Memory = None
     observation: Observation | None = None
     command: Command | None = None
 
@@ -89,15 +93,20 @@ Watcher = Callable[[DriveState], bool | None]
 
 def begin(drive: Drive, rng: np.random.Generator) -> DriveState:
     """All rovers at their starts; those already in an obstacle or at the goal have ended."""
-    mission = drive.mission
+    mission, motion = drive.mission, drive.motion
     rovers = RoverState.at_start(mission)
-    hit = _contacts(drive, rovers.pose, rovers.pose) <= 1.0
-    outcome = _ends(drive, rovers, hit=hit, lost=np.zeros(len(hit), bool))
+    if isinstance(motion, Body):
+        rovers = motion.place(drive.worlds, mission, rovers)
+    else:
+        hit = _contacts(drive, rovers.pose, rovers.pose) <= 1.0
+        outcome = _ends(drive, rovers, hit=hit, lost=np.zeros(len(hit), bool))
+        rovers = _with(rovers, outcome=outcome)
     return DriveState(
-        rovers=_with(rovers, outcome=outcome),
+        rovers=rovers,
         sensors=tuple(sensor.start(mission, rng) for sensor in drive.sensors),
         controller=drive.controller.start(mission, rng),
         mapper=None if drive.mapper is None else drive.mapper.start(mission),
+        motion=motion.start(mission, rng) if isinstance(motion, Body) else None,
     )
 
 
@@ -111,25 +120,12 @@ def tick(drive: Drive, state: DriveState) -> DriveState:
     observation, sensors, remembered = _observe(drive, state)
     command, memory = drive.controller.act(observation, state.controller)
     _need_rows(command.twist, rovers, "commands", 3)
-    moved = drive.motion.step(rovers, command)
-    lost = np.logical_not(np.isfinite(moved.pose).all(axis=1))
-    pose = np.where((rovers.driving & ~lost)[:, None], moved.pose, rovers.pose)
-    contact = _contacts(drive, rovers.pose, pose)
-    hit = contact <= 1.0
-    pose = np.where(hit[:, None], _at_contact(rovers.pose, pose, contact), pose)
-    after = replace(
-        moved,
-        time=np.where(rovers.driving, moved.time, rovers.time),
-        pose=pose,
-        odometry=rovers.odometry + _length(rovers.pose, pose),
-        outcome=rovers.outcome,
-    )
-    outcome = np.where(rovers.driving, _ends(drive, after, hit=hit, lost=lost), rovers.outcome)
     return DriveState(
-        rovers=_with(after, outcome=outcome.astype(np.int8)),
+        rovers=_moved(drive, state, command),
         sensors=sensors,
         controller=memory,
         mapper=remembered,
+        motion=state.motion,
         observation=observation,
         command=command,
     )
@@ -157,7 +153,7 @@ def simulate(
         The trace; its `outcome` says how each rover ended.
     """
     state = begin(drive, np.random.default_rng(seed))
-    builder = TraceBuilder(record)
+    builder = TraceBuilder(record, body=isinstance(drive.motion, Body))
     builder.add(state.rovers, None, None)
     while state.rovers.driving.any():
         state = tick(drive, state)
@@ -165,6 +161,66 @@ def simulate(
         if on_event is not None and on_event(state) is False:
             break
     return builder.finish(drive.mission, state.rovers, seed=seed, settings=dict(settings or {}))
+
+
+def _moved(drive: Drive, state: DriveState, command: Command) -> RoverState:
+    """Every rover that still drives one step on, where it meets something or ends."""
+    rovers = state.rovers
+    if isinstance(drive.motion, Body):
+        return drive.motion.move(drive.worlds, drive.mission, rovers, command, state.motion)
+    moved = drive.motion.step(rovers, command)
+    lost = np.logical_not(np.isfinite(moved.pose).all(axis=1))
+    pose = np.where((rovers.driving & ~lost)[:, None], moved.pose, rovers.pose)
+    contact = _contacts(drive, rovers.pose, pose)
+    hit = contact <= 1.0
+    pose = np.where(hit[:, None], _at_contact(rovers.pose, pose, contact), pose)
+    after = replace(
+        moved,
+        time=np.where(rovers.driving, moved.time, rovers.time),
+        pose=pose,
+        odometry=rovers.odometry + _length(rovers.pose, pose),
+        outcome=rovers.outcome,
+    )
+    outcome = np.where(rovers.driving, _ends(drive, after, hit=hit, lost=lost), rovers.outcome)
+    return _with(after, outcome=outcome.astype(np.int8))
+
+
+def replay(trace: Trace, drive: Drive) -> Trace:
+    """Drive again what a trace commanded: the same states, to the last bit.
+
+    Sensors and controller only begin; commands are the trace's, and its readings are kept.
+
+    Args:
+        trace: Recorded with ``record="all"``.
+        drive: The drive set up as it was.
+
+    Returns:
+        The trace of the repeated drive.
+
+    Raises:
+        InputError: The trace kept no commands, or is of other missions.
+    """
+    ours, theirs = drive.mission, trace.mission
+    same = all(
+        np.array_equal(getattr(ours, name), getattr(theirs, name))
+        for name in ("start", "goal", "number")
+    )
+    if not same:
+        raise InputError("the trace is of other missions than the drive; give the drive it is of")
+    if len(trace.commands) < int(np.max(trace.steps, initial=0)):
+        raise InputError('the trace kept no commands; record the drive with record="all"')
+    state = begin(drive, np.random.default_rng(trace.seed))
+    builder = TraceBuilder("all", body=isinstance(drive.motion, Body))
+    builder.add(state.rovers, None, None)
+    for step, twist in enumerate(trace.commands):
+        seen = {name: reading[step] for name, reading in trace.channels.items()}
+        command = Command(twist=twist)
+        observation = Observation(goal=drive.mission.goal, twist=twist, channels=seen)
+        state = replace(state, rovers=_moved(drive, state, command))
+        builder.add(state.rovers, observation, command)
+    return builder.finish(
+        drive.mission, state.rovers, seed=trace.seed, settings=dict(trace.settings)
+    )
 
 
 def _observe(drive: Drive, state: DriveState) -> tuple[Observation, tuple[Memory, ...], Memory]:

@@ -33,9 +33,13 @@ from ..core import (
 )
 
 FORMAT = "rovernav-trace"
-VERSION = 1
+VERSION = 2
+"""Version 2 added the rovers' numbers, and how bodies stood, slipped and what they spent."""
+READABLE = (1, 2)
 MAX_BYTES = 4_000_000_000
 RECORDS = ("all", "path", "none")
+BODILY = ("attitude", "slip", "energy")
+"""What only the trace of rovers with bodies has."""
 _HEADER: dict[str, Any] = {
     "rovernav": str,
     "seed": int,
@@ -61,6 +65,10 @@ class Trace:
         length: Distance each rover drove (n,) [m].
         seed: Seed of everything random in the drive.
         settings: Plain data that came with the drive.
+        attitude: Height of the middle at the axles [m], pitch and roll [rad] (t + 1, n, 3);
+            this and the next two are None for rovers without bodies.
+        slip: Share of the wheels' way lost along, and that slides to the left (t + 1, n, 2).
+        energy: Spent since the start (t + 1, n) [J].
         version: The rovernav that drove.
     """
 
@@ -74,6 +82,9 @@ class Trace:
     length: F64
     seed: int
     settings: Mapping[str, Any]
+    attitude: F64 | None = None
+    slip: F64 | None = None
+    energy: F64 | None = None
     version: str = __version__
 
     def _check(self) -> None:
@@ -91,14 +102,19 @@ class Trace:
 
 @final
 class TraceBuilder:
-    """Collects a trace step by step."""
+    """Collects a trace step by step.
 
-    def __init__(self, record: str) -> None:
+    Args:
+        record: ``all``, ``path`` or ``none``.
+        body: Whether the rovers have bodies, so that attitude, slip and energy are kept too.
+    """
+
+    def __init__(self, record: str, *, body: bool = False) -> None:
         if record not in RECORDS:
             raise SettingError(f"unknown record {record!r}; {suggest(record, RECORDS)}")
         self._record = record
-        self._time: list[F64] = []
-        self._pose: list[F64] = []
+        names = ("time", "pose", *BODILY) if body else ("time", "pose")
+        self._states: dict[str, list[F64]] = {name: [] for name in names}
         self._commands: list[F64] = []
         self._channels: dict[str, list[F64]] = {}
         self._steps: I64 | None = None
@@ -113,11 +129,10 @@ class TraceBuilder:
         else:
             self._steps += self._driving
             self._driving = rovers.driving
-        if self._record == "none":
-            self._time, self._pose = [rovers.time], [rovers.pose]
-            return
-        self._time.append(rovers.time)
-        self._pose.append(rovers.pose)
+        for name, rows in self._states.items():
+            if self._record == "none":
+                rows.clear()
+            rows.append(getattr(rovers, name))
         if self._record == "all" and observation is not None and command is not None:
             self._commands.append(command.twist)
             for name, reading in observation.channels.items():
@@ -129,9 +144,13 @@ class TraceBuilder:
         """The trace of all that was added."""
         assert self._steps is not None
         n = len(rovers.pose)
+        states = {name: np.stack(rows) for name, rows in self._states.items()}
         return Trace(
-            time=np.stack(self._time),
-            pose=np.stack(self._pose),
+            time=states["time"],
+            pose=states["pose"],
+            attitude=states.get("attitude"),
+            slip=states.get("slip"),
+            energy=states.get("energy"),
             commands=np.stack(self._commands) if self._commands else np.empty((0, n, 3)),
             channels={name: np.stack(rows) for name, rows in self._channels.items()},
             mission=mission,
@@ -159,8 +178,9 @@ def save_trace(trace: Trace, path: Path) -> None:
         "goal_radius": trace.mission.goal_radius,
         "time_limit": trace.mission.time_limit,
         "channels": sorted(trace.channels),
-        "units": {"time": "s", "pose": ["m", "m", "rad"], "commands": ["m/s", "m/s", "rad/s"]},
-    }
+        "units": {"time": "s", "pose": ["m", "m", "rad"], "commands": ["m/s", "m/s", "rad/s"],
+                  "attitude": ["m", "rad", "rad"], "slip": ["1", "1"], "energy": "J"},
+    }  # fmt: skip
     try:
         text = canonical_json(header)
     except (TypeError, ValueError) as error:
@@ -172,10 +192,12 @@ def save_trace(trace: Trace, path: Path) -> None:
         "commands": trace.commands,
         "start": trace.mission.start,
         "goal": trace.mission.goal,
+        "number": trace.mission.number,
         "outcome": trace.outcome,
         "steps": trace.steps,
         "length": trace.length,
         **{f"channel:{name}": reading for name, reading in trace.channels.items()},
+        **{name: getattr(trace, name) for name in BODILY if getattr(trace, name) is not None},
     }
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **arrays)
@@ -192,6 +214,8 @@ def load_trace(path: Path) -> Trace:
     for field, kind in _HEADER.items():
         if not isinstance(header.get(field), kind):
             raise FileError(f"{path} is damaged: its header has no usable {field!r}")
+    if header["version"] == 1:
+        arrays["number"] = np.arange(len(np.atleast_1d(arrays.get("outcome", ()))))
     _check_arrays(path, header["channels"], arrays)
     try:
         return _from_arrays(header, arrays)
@@ -209,9 +233,9 @@ def _open(path: Path, data: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
         kind = header.get("format"), header.get("version")
     except Exception:  # zip, zlib, NumPy and JSON each have errors of their own for damage
         raise FileError(f"{path} is not a trace, or is damaged") from None
-    if kind != (FORMAT, VERSION):
+    if kind[0] != FORMAT or kind[1] not in READABLE:
         raise FileError(
-            f"{path}: format must be {FORMAT!r} version {VERSION}, got "
+            f"{path}: format must be {FORMAT!r} version {VERSION} or older, got "
             f"{kind[0]!r} version {kind[1]!r}"
         )
     return header, arrays
@@ -228,11 +252,15 @@ def _check_arrays(path: Path, channels: list[str], arrays: dict[str, Any]) -> No
         "commands": (np.float64, (steps, n, 3)),
         "start": (np.float64, (n, 3)),
         "goal": (np.float64, (n, 2)),
+        "number": (np.int64, (n,)),
         "outcome": (np.int8, (n,)),
         "steps": (np.int64, (n,)),
         "length": (np.float64, (n,)),
         **{f"channel:{name}": (np.float64, (steps, n, -1)) for name in channels},
     }
+    if any(name in arrays for name in BODILY):
+        wanted |= {"attitude": (np.float64, (rows, n, 3)), "slip": (np.float64, (rows, n, 2)),
+                   "energy": (np.float64, (rows, n))}  # fmt: skip
     for name in wanted:
         if name not in arrays:
             raise FileError(f"{path} is damaged: it has no {name!r}")
@@ -259,11 +287,13 @@ def _from_arrays(header: dict[str, Any], arrays: dict[str, Any]) -> Trace:
             goal=arrays["goal"],
             goal_radius=header["goal_radius"],
             time_limit=header["time_limit"],
+            number=arrays["number"],
         ),
         outcome=arrays["outcome"],
         steps=arrays["steps"],
         length=arrays["length"],
         seed=header["seed"],
         settings=header["settings"],
+        **{name: arrays[name] for name in BODILY if name in arrays},
         version=header["rovernav"],
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core import F32, F64, I64, U8, Frame, ShapeError, value
+from ..core import F32, F64, I64, U8, Frame, SettingError, ShapeError, value
 from ..kernels.drive import WorldArrays
 from ._shapes import Shape, Shapes
 
@@ -63,6 +63,19 @@ class Ground:
     def of_world(self, i: int) -> Ground:
         """The ground of world i alone."""
         return self if self.height.ndim == 2 else replace(self, height=self.height[i])
+
+    def finer(self, times: int) -> Ground:
+        """The same ground with cells `times` smaller, bilinear between posts, level at the edge.
+
+        Raises:
+            SettingError: Not a whole number of 1 to 100 times.
+        """
+        if times not in range(1, 101):
+            raise SettingError(f"ground can be made 1 to 100 times finer, got {times!r}")
+        h, w = self.frame.shape
+        height = _finer(_finer(self.height, times, -1), times, -2)
+        frame = replace(self.frame, cell=self.frame.cell / times, shape=(h * times, w * times))
+        return Ground(frame=frame, height=height.astype(np.float32), offset=self.offset)
 
 
 @value
@@ -155,7 +168,7 @@ class Worlds:
                 )
 
     @classmethod
-    def single(
+    def single(  # noqa: PLR0913 - each is a kind of thing, by keyword
         cls,
         boxes: Sequence[Sequence[float]] = (),
         *,
@@ -163,9 +176,13 @@ class Worlds:
         grid: Grid | None = None,
         shapes: Sequence[Shape] = (),
         ground: Ground | None = None,
+        rocks: Sequence[Sequence[float]] = (),
         rovers: int = 1,
     ) -> Worlds:
-        """One world for `rovers` rovers; its edge is its grid's where `bounds` is not given."""
+        """One world for `rovers` rovers; its edge is its grid's where `bounds` is not given.
+
+        Rocks are rows x, y, radius, height [m].
+        """
         framed = grid or ground
         if bounds is None and framed is not None:
             bounds = (0.0, 0.0, *framed.frame.extent)
@@ -178,6 +195,12 @@ class Worlds:
             grid=grid,
             shapes=Shapes.packed([shapes]) if shapes else None,
             ground=ground,
+            rocks=None
+            if not len(rocks)
+            else Rocks(
+                place=np.array(rocks, dtype=np.float64).reshape(-1, 4),
+                offsets=np.array([0, len(rocks)], dtype=np.int64),
+            ),
         )
 
     @classmethod
@@ -230,6 +253,16 @@ class Worlds:
             cell=1.0 if grid is None else float(grid.frame.cell),
             **rounded,
         )
+
+
+def _finer(height: Any, times: int, axis: int) -> Any:
+    """Posts between posts along an axis; those beyond the outermost are as high as these."""
+    count = height.shape[axis]
+    at = np.clip((np.arange(count * times) + 0.5) / times - 0.5, 0.0, count - 1.0)
+    low = np.minimum(at.astype(np.int64), max(count - 2, 0))
+    share = at - low if axis == -1 else (at - low)[:, None]
+    rise = np.take(height, np.minimum(low + 1, count - 1), axis) - np.take(height, low, axis)
+    return np.take(height, low, axis) + share * rise
 
 
 def _need_rising(offsets: I64, last: int, what: str) -> None:
