@@ -1,9 +1,12 @@
 """The simulator: worlds, sensors, motion, one loop, and the trace it leaves."""
 
 from ._check import check_sensor
+from ._curves import CURVES, Curve
 from ._fan import RangeFan
 from ._metrics import clearance, path_length
 from ._motion import DifferentialDrive, TwoAxis
+from ._noise import InfraRed, NoisyFan, RangeNoise, Tilt, ranger
+from ._odometry import Drift, Odometry
 from ._sensors import ClearSight, OffLine
 from ._shapes import Shape, Shapes
 from ._simulate import Drive, DriveState, begin, simulate, tick
@@ -11,17 +14,25 @@ from ._trace import Trace, TraceBuilder, load_trace, save_trace
 from ._world import Grid, Ground, Rocks, Worlds
 
 __all__ = [
+    "CURVES",
     "ClearSight",
+    "Curve",
     "DifferentialDrive",
+    "Drift",
     "Drive",
     "DriveState",
     "Grid",
     "Ground",
+    "InfraRed",
+    "NoisyFan",
+    "Odometry",
     "OffLine",
     "RangeFan",
+    "RangeNoise",
     "Rocks",
     "Shape",
     "Shapes",
+    "Tilt",
     "Trace",
     "TraceBuilder",
     "TwoAxis",
@@ -31,6 +42,7 @@ __all__ = [
     "clearance",
     "load_trace",
     "path_length",
+    "ranger",
     "save_trace",
     "simulate",
     "tick",
