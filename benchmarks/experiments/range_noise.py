@@ -11,6 +11,7 @@ A Gaussian of the residuals' standard deviation, clipped to the reach, is judged
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import sys
@@ -47,7 +48,7 @@ def main() -> None:
     plain = np.std((np.minimum(second, REACH) - truth)[known])
     gauss = np.clip(
         np.nan_to_num(truth) + np.random.default_rng(1).normal(0, plain, truth.shape), 0, REACH
-    )  # noqa: E501
+    )
     table = {
         "log, second half": judge(second, truth, known),
         "this model": judge(spoilt(truth, noise, seed=1), truth, known),
@@ -112,7 +113,7 @@ def steady(error: F64, r: F64) -> tuple[float, float]:
     """Standard deviation at range 0 and its growth per metre, by least squares over bins."""
     edges = np.quantile(r, np.linspace(0.0, 1.0, 13))
     at, spread = [], []
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in itertools.pairwise(edges):
         inside = (r >= low) & (r < high)
         at.append(r[inside].mean())
         spread.append(error[inside].std())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -68,7 +69,7 @@ def spoilt(
 def volts(d: float, rows: Sequence[tuple[float, float]]) -> float:
     if d >= rows[-1][0]:
         return rows[-1][1] * rows[-1][0] / d
-    for (d0, v0), (d1, v1) in zip(rows, rows[1:], strict=False):
+    for (d0, v0), (d1, v1) in itertools.pairwise(rows):
         if d < d1:
             return v0 + (d - d0) / (d1 - d0) * (v1 - v0)
     return rows[-1][1]

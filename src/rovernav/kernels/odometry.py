@@ -85,9 +85,10 @@ def advance(
 
     The variances grow by
 
-        P' = turn^2 + 2 curl^2 D,   C' = P,   V' = walk^2 + 2 scale^2 D + 2 C,   Z' = rise^2
+        P' = turn^2 + 2 curl^2 D,           C' = P + curl^2 D^2 / 2,
+        V' = walk^2 + 2 scale^2 D + 2 C,    Z' = rise^2
 
-    for each metre of way, which is exact on a straight line.
+    for each metre of way, which is right on a straight line; a sun's fix scales P and C.
 
     Args:
         pose: True poses (n, 3).
@@ -131,12 +132,14 @@ def advance(
 @kernel()
 def _spread(e: Any, w: float, d: Drift) -> None:
     """Let the variances of an estimate grow over a way w."""
-    whole = e[D]
-    heading = d.turn * d.turn * w + d.curl * d.curl * w * (2.0 * whole + w)
-    e[V] += d.walk * d.walk * w + d.scale * d.scale * w * (2.0 * whole + w)
-    e[V] += 2.0 * e[C] * w + e[P] * w * w + heading * w * w / 3.0
-    e[C] += e[P] * w + 0.5 * heading * w
+    whole, then = e[D], e[D] + w
+    cubes = (then * then * then - whole * whole * whole) * d.curl * d.curl
+    heading = d.turn * d.turn * w + d.curl * d.curl * w * (whole + then)
+    before = e[C]
+    e[C] += e[P] * w + 0.5 * d.turn * d.turn * w * w
+    e[C] += 0.5 * cubes - d.curl * d.curl * whole * whole * w
     e[P] += heading
+    e[V] += d.walk * d.walk * w + d.scale * d.scale * w * (whole + then) + (before + e[C]) * w
     e[VZ] += d.rise * d.rise * w
     e[D] += w
 

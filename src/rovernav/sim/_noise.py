@@ -50,7 +50,7 @@ class RangeNoise:
         spread: Standard deviation of stray readings [m].
         back: Chance that it is back at the next reading: 1 / mean length of a burst.
         lose: Chance that a beam loses its echo, for each metre of range [1/m].
-        find: Chance that a lost beam finds it again at the next reading: 1 / mean length of a burst.
+        find: Chance that a lost beam has it again at the next reading: 1 / mean length of a burst.
         least: Nothing nearer is read [m].
         grain: Readings are whole multiples of this [m]; 0 for any number.
         source: Where the numbers come from.
