@@ -142,12 +142,15 @@ class Observation:
         twist: Body velocity (n, 3) [m/s, m/s, rad/s].
         channels: What each sensor read, by name: (n, b) each.
         map: What the map room made of all readings so far; None without a mapper.
+        pose: Where each rover thinks it is (n, 3) [m, m, rad]: the truth, unless it carries
+            odometry; None where nobody told.
     """
 
     goal: F64
     twist: F64
     channels: Mapping[str, F64]
     map: Any = None
+    pose: Any = None
 
     def _check(self) -> None:
         frozen = {name: read_only(reading) for name, reading in self.channels.items()}

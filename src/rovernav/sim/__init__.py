@@ -2,9 +2,12 @@
 
 from ._body import Body
 from ._check import check_sensor
+from ._curves import CURVES, Curve
 from ._fan import RangeFan
 from ._metrics import clearance, path_length
 from ._motion import DifferentialDrive, TwoAxis
+from ._noise import InfraRed, NoisyFan, RangeNoise, Tilt, ranger
+from ._odometry import Drift, Odometry
 from ._sensors import ClearSight, OffLine
 from ._shapes import Shape, Shapes
 from ._simulate import Drive, DriveState, begin, replay, simulate, tick
@@ -13,17 +16,25 @@ from ._world import Grid, Ground, Rocks, Worlds
 
 __all__ = [
     "Body",
+    "CURVES",
     "ClearSight",
+    "Curve",
     "DifferentialDrive",
+    "Drift",
     "Drive",
     "DriveState",
     "Grid",
     "Ground",
+    "InfraRed",
+    "NoisyFan",
+    "Odometry",
     "OffLine",
     "RangeFan",
+    "RangeNoise",
     "Rocks",
     "Shape",
     "Shapes",
+    "Tilt",
     "Trace",
     "TraceBuilder",
     "TwoAxis",
@@ -34,6 +45,7 @@ __all__ = [
     "load_trace",
     "path_length",
     "replay",
+    "ranger",
     "save_trace",
     "simulate",
     "tick",

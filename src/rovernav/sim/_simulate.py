@@ -26,6 +26,7 @@ from ..core import (
 )
 from ..kernels import drive as kernels
 from ._body import Body
+from ._odometry import Odometry
 from ._trace import Trace, TraceBuilder
 from ._world import Worlds
 
@@ -232,14 +233,23 @@ def _observe(drive: Drive, state: DriveState) -> tuple[Observation, tuple[Memory
         _need_rows(reading, state.rovers, f"readings of the sensor {sensor.name!r}")
         channels[sensor.name] = reading
         memories.append(after)
-    pose, remembered = state.rovers.pose, state.mapper
+    pose, remembered = _believed(state.rovers, channels), state.mapper
     if drive.mapper is not None:
         more, remembered = drive.mapper.update(remembered, pose, drive.mission.goal, channels)
         channels.update(more)
     goal = np.empty((len(pose), 2))
     kernels.goal_in_body(pose, drive.mission.goal, goal)
-    seen = Observation(goal=goal, twist=state.rovers.twist, channels=channels, map=remembered)
+    seen = Observation(
+        goal=goal, twist=state.rovers.twist, channels=channels, map=remembered, pose=pose
+    )
     return seen, tuple(memories), remembered
+
+
+def _believed(rovers: RoverState, channels: Mapping[str, Any]) -> np.ndarray:
+    """Where each rover thinks it is (n, 3): its estimate if a sensor makes one, else the truth."""
+    if Odometry.name not in channels:
+        return rovers.pose
+    return np.ascontiguousarray(channels[Odometry.name][:, :3])
 
 
 def _need_rows(array: Any, rovers: RoverState, what: str, columns: int | None = None) -> None:
