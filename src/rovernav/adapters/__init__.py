@@ -1,9 +1,10 @@
-"""Optional packages put to use, one in each file: Dask as an executor.
+"""Optional packages put to use, one in each file: Dask as an executor, MuJoCo as a second opinion.
 
 Nothing below this room knows them, and they are loaded when something of theirs is called.
 """
 
 from ._cluster import connect, open_executor
 from ._dask import DaskExecutor
+from ._mujoco import Physics, Rested
 
-__all__ = ["DaskExecutor", "connect", "open_executor"]
+__all__ = ["DaskExecutor", "Physics", "Rested", "connect", "open_executor"]

@@ -1,0 +1,379 @@
+"""Least energy against shortest: 100 generated sand terrains, both routes driven with other slip.
+
+    python benchmarks/experiments/least_energy.py [--quick] [--pilot] [--only pictures]
+
+Frozen before the first run, and not changed after it: everything in capitals below. Spirit's twin
+(`mer`) goes from the west to the east of 200 m x 200 m of dunes and hills, all loose sand. Two
+routes under the same limits, as `rovernav route --objective distance` and `energy` plan them with
+the expected slip. Each is then driven 8 times on ground whose slip differs from what was expected:
+by a factor of 0.7 to 1.3 for the whole terrain, times another of 0.7 to 1.3 for each patch of 5 m
+in each drive; both routes meet the same ground. The follower knows where it is and steers for a
+point of the route ahead of it; it knows nothing of slip. Terrains where the goal cannot be reached
+under the limits are counted and replaced by the next seed.
+`--pilot` looks at other seeds, and only at whether there is a way and how long that takes.
+Writes least_energy.json and the picture of docs/least-energy.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rovernav.kernels import traction
+from rovernav.plan import Going, directed, going
+from rovernav.rover import drive_cost, drive_table, hazards, read_rover
+from rovernav.terrain import Dunes, Ground, Recipe, Relief, Terrain
+
+HERE = Path(__file__).resolve().parent
+IMAGES = HERE.parent.parent / "docs" / "images"
+
+# ---- frozen: the ground ------------------------------------------------------------------------
+TERRAINS, SIDE, CELL = 100, 200.0, 0.5
+HURST, HILL_SLOPE, HILL_BASELINE = 0.8, 5.0, 10.0
+"""Hills under the dunes: rms slope [deg] over a baseline [m]."""
+WAVELENGTH, LEE = (20.0, 40.0), (10.0, 18.0)
+"""Dunes: drawn per terrain [m]; steepest slope on the lee side [deg]. Any wind."""
+WEST, EAST, MARGIN = 20.0, 180.0, 30.0
+"""Start and goal: x [m]; y is drawn, this far from the edge at least [m]."""
+# ---- frozen: the rover, its slip and energy ----------------------------------------------------
+ROVER, SOIL = "mer", "loose-sand"
+"""Limits, masses, powers, slip over slope and side slip are those that the package ships."""
+# ---- frozen: the drives ------------------------------------------------------------------------
+DRIVES, FACTOR, PATCH = 8, (0.7, 1.3), 5.0
+STEP, AHEAD, TURN_FIRST = 0.2, 2.0, math.radians(60.0)
+"""Way of the wheels in a step [m]; the point steered for lies this far ahead [m]; a rover that
+looks farther away from it than this turns on the spot."""
+GOAL, STUCK, TOO_LONG = 1.0, 0.05, 4.0
+"""Arrived within [m]; stuck below this share of the wheels' way over two wheelbases; given up
+after so many times the planned time."""
+DIGGING = 0.8
+"""Slip that counts as digging in."""
+# ------------------------------------------------------------------------------------------------
+KINDS = ("distance", "energy")
+ENDS = ("driving", "arrived", "stuck", "tipped", "off the map", "timed out")
+
+
+class Driven(NamedTuple):
+    """What became of the drives of one route (DRIVES,)."""
+
+    end: Any
+    energy: Any
+    wheels: Any
+    ground: Any
+    dug: Any
+
+
+def main() -> None:
+    """Plan, drive, print, draw, keep."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--quick", action="store_true", help="5 terrains, no files")
+    parser.add_argument("--pilot", action="store_true", help="5 other seeds: is there a way?")
+    parser.add_argument("--only", choices=["pictures"], help="draw from the numbers kept")
+    asked = parser.parse_args()
+    kept = HERE / "least_energy.json"
+    if asked.pilot:
+        for seed in range(10_000, 10_005):
+            clock = time.process_time()
+            task = task_of(seed)
+            found = [directed(task.ground.by(k), task.start, task.goal).found for k in KINDS]
+            print(seed, found, f"{time.process_time() - clock:.1f} s")
+        return
+    if asked.only is None:
+        check_model()
+        rows, skipped, seed = [], 0, 0
+        while len(rows) < (5 if asked.quick else TERRAINS):
+            row = compared(task_of(seed), seed)
+            seed += 1
+            if row is None:
+                skipped += 1
+                continue
+            rows.append(row)
+            print(len(rows), seed - 1, said(row), flush=True)
+        print(json.dumps(summary(rows, skipped), indent=1))
+        if asked.quick:
+            return
+        kept.write_text(
+            json.dumps({"summary": summary(rows, skipped), "terrains": rows}, indent=1) + "\n",
+            encoding="utf-8",
+        )
+    draw(json.loads(kept.read_text(encoding="utf-8")))
+
+
+class Task(NamedTuple):
+    """A terrain with two places on it, and what going costs there."""
+
+    terrain: Terrain
+    ground: Going
+    start: tuple[float, float]
+    goal: tuple[float, float]
+
+
+def task_of(seed: int) -> Task:
+    """The terrain of a seed, judged for the rover."""
+    rng = np.random.default_rng((seed, 18))
+    wavelength, lee = rng.uniform(*WAVELENGTH), math.radians(rng.uniform(*LEE))
+    height = math.tan(lee) * 0.35 * wavelength / 1.5  # the inverse of `Dunes.lee`
+    dunes = Dunes(wavelength=wavelength, height=height, wind=rng.uniform(0.0, 2.0 * math.pi))
+    relief = Relief(hurst=HURST, slope=math.radians(HILL_SLOPE), baseline=HILL_BASELINE)
+    recipe = Recipe(size=(SIDE, SIDE), cell=CELL, relief=relief, dunes=dunes)
+    terrain = Ground.made(recipe, seed).read()
+    rover = read_rover(ROVER)
+    ends = rng.uniform(MARGIN, SIDE - MARGIN, 2)
+    ground = going(hazards(terrain, rover, soil=SOIL), rover, objective="energy")
+    return Task(terrain, ground, (WEST, float(ends[0])), (EAST, float(ends[1])))
+
+
+def compared(task: Task, seed: int) -> dict[str, Any] | None:
+    """Both routes planned and driven; None where there is no way."""
+    routes = {kind: directed(task.ground.by(kind), task.start, task.goal) for kind in KINDS}
+    if not all(route.found for route in routes.values()):
+        return None
+    row: dict[str, Any] = {"seed": seed}
+    for kind, route in routes.items():
+        d = driven(task.ground, route.points, seed)
+        row[kind] = {
+            "length": route.length,
+            "planned energy": task.ground.by("energy").cost_of(route.points),
+            "planned time": task.ground.by("time").cost_of(route.points),
+            "points": np.round(route.points, 2).tolist(),
+            "end": [ENDS[end] for end in d.end],
+            "energy": d.energy.tolist(),
+            "slip": (1.0 - d.ground / d.wheels).tolist(),
+            "dug": d.dug.tolist(),
+        }
+    return row
+
+
+def driven(ground: Going, points: Any, seed: int) -> Driven:
+    """One route driven DRIVES times at once, each time on other ground."""
+    rover, table = ground.rover, ground.table
+    assert table is not None
+    assert rover.chassis is not None
+    path, way = fine(points)
+    factor = Slips(ground, seed)
+    n, dt = DRIVES, STEP / rover.speed
+    place, heading = np.tile(points[0], (n, 1)), np.full(n, math.atan2(*(path[4] - path[0])[::-1]))
+    at, end = np.zeros(n, int), np.zeros(n, int)
+    energy, wheels, moved, dug = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n, int)
+    window = max(2, math.ceil(2.0 * rover.chassis.wheelbase / STEP))
+    recent = np.full((window, n), STEP)
+    late = TOO_LONG * ground.by("time").cost_of(points)
+    for step in range(int(late / dt) + 1):
+        go = end == 0
+        if not go.any():
+            break
+        at = nearest(path, place, at)
+        target = path[np.minimum(at + round(AHEAD / way), len(path) - 1)]
+        off = turned(np.arctan2(*(target - place).T[::-1]) - heading)
+        most = rover.turn_rate * dt
+        heading = np.where(go, heading + np.clip(off, -most, most), heading)
+        p, q, known = factor.slope(place)
+        ex, ey = np.cos(heading), np.sin(heading)
+        along, across = p * ex + q * ey, q * ex - p * ey
+        stretch = np.sqrt(1.0 + along * along)
+        slip, side = factor.of(place, (p, q, heading))
+        rolls = go & (np.abs(off) < TURN_FIRST)
+        force = np.maximum(0.0, table[0, traction.WEIGHT] * (along + table[0, traction.ROLLING]))
+        pull = force / stretch / table[0, traction.EFFICIENCY]
+        energy += go * dt * (table[0, traction.IDLE] + rolls * pull * rover.speed)
+        forward = rolls * STEP * (1.0 - slip) / stretch
+        left = -rolls * STEP * side / np.sqrt(1.0 + across * across)
+        step_xy = np.column_stack([forward * ex - left * ey, forward * ey + left * ex])
+        place = np.where(go[:, None], place + step_xy, place)
+        wheels += rolls * STEP
+        moved += rolls * STEP * (1.0 - slip)
+        recent[step % window] = np.where(rolls, STEP * (1.0 - slip), recent[step % window])
+        dug += rolls & (slip > DIGGING)
+        ends = (
+            (5, step * dt >= late - dt),
+            (2, recent.mean(axis=0) < STUCK * STEP),
+            (3, np.hypot(p, q) > math.tan(rover.chassis.static_tilt)),
+            (4, ~known),
+            (1, np.hypot(*(place - points[-1]).T) <= GOAL),
+        )
+        for code, so in ends:
+            end = np.where(go & so, code, end)
+    return Driven(end, energy, wheels, moved, dug)
+
+
+class Slips:
+    """How much wheels really slip: what was expected, times what nobody knows.
+
+    Args:
+        ground: For gradient and curves.
+        seed: Of the terrain; the drives of one terrain follow from it.
+    """
+
+    def __init__(self, ground: Going, seed: int) -> None:
+        layers = ground.hazards.layers
+        self._p, self._q = (np.asarray(layers[key].values, float) for key in ("east", "north"))
+        self._cell, self._table = ground.frame.cell, ground.table
+        count = math.ceil(max(ground.frame.extent) / PATCH)
+        whole = np.random.default_rng((seed, 30)).uniform(*FACTOR)
+        draws = np.random.default_rng((seed, 31)).uniform(*FACTOR, (DRIVES, count, count))
+        self._factor = whole * draws
+
+    def slope(self, place: Any) -> tuple[Any, Any, Any]:
+        """Gradient to the east and north, bilinear; and where it is known."""
+        h, w = self._p.shape
+        u, v = np.clip(place.T / self._cell - 0.5, 0.0, [[w - 1.001], [h - 1.001]])
+        j, i = u.astype(int), v.astype(int)
+        u, v = u - j, v - i
+        out = []
+        for grid in (self._p, self._q):
+            low = (1 - u) * grid[i, j] + u * grid[i, j + 1]
+            high = (1 - u) * grid[i + 1, j] + u * grid[i + 1, j + 1]
+            out.append((1 - v) * low + v * high)
+        extent = np.array([w, h]) * self._cell
+        known = np.isfinite(out[0]) & ((place > 0.0) & (place < extent)).all(axis=1)
+        return np.nan_to_num(out[0]), np.nan_to_num(out[1]), known
+
+    def of(self, place: Any, posed: tuple[Any, Any, Any]) -> tuple[Any, Any]:
+        """Slip and side slip [share of the wheels' way], to the right positive, of each drive."""
+        p, q, heading = posed
+        told = drive_cost(p, q, heading, self._table)
+        last = self._factor.shape[1] - 1
+        j, i = np.clip((place.T / PATCH).astype(int), 0, last)
+        factor = self._factor[np.arange(DRIVES), i, j]
+        slip = np.minimum(told.slip * factor, 0.999)
+        return slip, np.clip(told.side_slip * factor, -0.999, 0.999)
+
+
+def fine(points: Any, way: float = 0.1) -> tuple[Any, float]:
+    """A path with a point every `way` [m], and that distance."""
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    every = np.linspace(0.0, length[-1], max(2, round(length[-1] / way) + 1))
+    return np.column_stack([np.interp(every, length, c) for c in points.T]), every[1]
+
+
+def nearest(path: Any, place: Any, at: Any) -> Any:
+    """The nearest point of the path from where each was, up to 4 m on."""
+    ahead = np.minimum(at[:, None] + np.arange(40), len(path) - 1)
+    off = path[ahead] - place[:, None]
+    return ahead[np.arange(len(at)), (off**2).sum(axis=2).argmin(axis=1)]
+
+
+def turned(angle: Any) -> Any:
+    """The same angle within half a turn [rad]."""
+    return np.angle(np.exp(1j * angle))
+
+
+def check_model() -> None:
+    """A straight climb without a factor must cost what `drive_cost` says."""
+    rover = read_rover(ROVER)
+    table = drive_table(rover, SOIL)
+    for rise in (-0.2, 0.0, 0.1, 0.2):
+        told = drive_cost(rise, 0.0, 0.0, table)
+        stretch = math.sqrt(1.0 + rise * rise)
+        force = max(0.0, table[0, traction.WEIGHT] * (rise + table[0, traction.ROLLING]) / stretch)
+        power = force / table[0, traction.EFFICIENCY] * rover.speed + table[0, traction.IDLE]
+        mine = power * stretch / (rover.speed * (1.0 - float(told.slip)))
+        if not math.isclose(mine, float(told.energy), rel_tol=1e-9):
+            raise AssertionError(f"the drive's energy {mine} is not the planner's {told.energy}")
+
+
+def said(row: dict[str, Any]) -> str:
+    """A line."""
+    parts = []
+    for kind in KINDS:
+        r = row[kind]
+        told, spent = r["planned energy"] / 1e3, np.mean(r["energy"]) / 1e3
+        parts.append(
+            f"{kind}: {r['length']:.0f} m, planned {told:.0f} kJ, driven {spent:.0f} kJ, slip "
+            f"{np.mean(r['slip']):.3f}, arrived {r['end'].count('arrived')}/{len(r['end'])}"
+        )
+    return "  |  ".join(parts)
+
+
+def summary(rows: list[dict[str, Any]], skipped: int) -> dict[str, Any]:
+    """What is stated: savings by terrain, over drives in which both arrived; shares of ends."""
+    out: dict[str, Any] = {"terrains": len(rows), "without a way": skipped}
+    pairs: dict[str, list[float]] = {"energy": [], "slip": [], "planned energy": [], "length": []}
+    for row in rows:
+        short, least = row["distance"], row["energy"]
+        both = [a == b == "arrived" for a, b in zip(short["end"], least["end"], strict=True)]
+        for key in ("energy", "slip"):
+            if any(both):
+                a, b = (np.mean(np.array(r[key])[both]) for r in (short, least))
+                pairs[key].append(1.0 - b / a)
+        for key in ("planned energy", "length"):
+            pairs[key].append(1.0 - least[key] / short[key])
+    rng = np.random.default_rng(1)
+    for key, saved in pairs.items():
+        saved = np.array(saved)
+        again = np.median(rng.choice(saved, (2000, len(saved))), axis=1)
+        out[f"less {key}"] = {
+            "terrains": len(saved),
+            "median": float(np.median(saved)),
+            "median, 95 % interval": np.percentile(again, [2.5, 97.5]).tolist(),
+            "5, 25, 75, 95 %": np.percentile(saved, [5, 25, 75, 95]).tolist(),
+        }
+    for kind in KINDS:
+        ends = [end for row in rows for end in row[kind]["end"]]
+        told = np.concatenate([
+            np.array(row[kind]["energy"])[np.array(row[kind]["end"]) == "arrived"]
+            / row[kind]["planned energy"] for row in rows
+        ])  # fmt: skip
+        out[kind] = {
+            "ends": {end: ends.count(end) for end in ENDS if end in ends},
+            "drives that dug in": sum(d > 0 for row in rows for d in row[kind]["dug"]),
+            "steps that dug in": sum(d for row in rows for d in row[kind]["dug"]),
+            "mean slip": float(np.mean([s for row in rows for s in row[kind]["slip"]])),
+            "driven over planned energy: median, 5, 95 %": [
+                float(np.median(told)), *np.percentile(told, [5, 95]).tolist(),
+            ],
+            "within 15 % of planned": float(np.mean(np.abs(told - 1.0) <= 0.15)),
+        }  # fmt: skip
+    return out
+
+
+def draw(found: dict[str, Any]) -> None:
+    """Energy and slip, route beside route; the ends; one terrain."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(12.5, 4.1), dpi=130)
+    one, two, three = figure.subplots(1, 3, gridspec_kw={"width_ratios": [1, 1, 1.15]})
+    rows = found["terrains"]
+    for axes, key, scale, name in (
+        (one, "energy", 1e-3, "energy driven [kJ]"), (two, "slip", 100.0, "slip of the wheels [%]"),
+    ):  # fmt: skip
+        short, least = ([scale * float(np.mean(r[k][key])) for r in rows] for k in KINDS)
+        gone = [set(r["distance"]["end"]) == {"arrived"} for r in rows]
+        for all_in, colour, label in (
+            (True, "#0072B2", "all arrived"),
+            (False, "#D55E00", "some shortest drives ended early"),
+        ):
+            keep = np.array([g == all_in for g in gone])
+            dots = {"ms": 3.5, "color": colour, "label": label, "alpha": 0.8}
+            axes.plot(np.array(short)[keep], np.array(least)[keep], "o", **dots)
+        top = 1.05 * max(short + least)
+        axes.plot([0, top], [0, top], color="#888888", lw=0.8)
+        axes.set(xlabel=f"shortest: {name}", ylabel=f"least energy: {name}", xlim=(0, top),
+                 ylim=(0, top))  # fmt: skip
+        axes.grid(alpha=0.3)
+    one.legend(frameon=False, fontsize=8)
+    shown = sorted(
+        rows, key=lambda r: r["energy"]["planned energy"] / r["distance"]["planned energy"]
+    )
+    row = shown[len(shown) // 4]
+    task = task_of(row["seed"])
+    slope = np.degrees(task.ground.hazards.layers["slope"].values)
+    image = three.imshow(slope, origin="lower", extent=(0, SIDE, 0, SIDE), cmap="Greys", vmax=20.0)
+    figure.colorbar(image, ax=three, label="slope [deg]")
+    for kind, colour, name in zip(KINDS, ("#D55E00", "#0072B2"), ("shortest", "least energy"),
+                                  strict=True):  # fmt: skip
+        three.plot(*np.array(row[kind]["points"]).T, color=colour, lw=1.6, label=name)
+    three.legend(fontsize=8, loc="upper right")
+    three.set(xlabel="east [m]", ylabel="north [m]")
+    figure.tight_layout()
+    figure.savefig(IMAGES / "least-energy.png")
+
+
+if __name__ == "__main__":
+    main()
