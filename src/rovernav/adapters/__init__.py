@@ -3,7 +3,8 @@
 Nothing below this room knows them, and they are loaded when something of theirs is called.
 """
 
+from ._bag import write_bag
 from ._cluster import connect, open_executor
 from ._dask import DaskExecutor
 
-__all__ = ["DaskExecutor", "connect", "open_executor"]
+__all__ = ["DaskExecutor", "connect", "open_executor", "write_bag"]
