@@ -104,3 +104,15 @@ def test_a_trace_without_its_path_is_refused(write, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="record 'path' or 'all'"):
         write(ends, tmp_path / "p")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_geojson_of_all_rovers_names_each(trace: Trace, tmp_path: Path) -> None:
+    write_path_geojson(trace, tmp_path / "all.geojson", k=None)
+    features = json.loads((tmp_path / "all.geojson").read_text())["features"]
+    assert [f["properties"]["rover"] for f in features] == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    for k in (0, 1, 2):
+        write_path_geojson(trace, tmp_path / "one.geojson", k=k)
+        alone = json.loads((tmp_path / "one.geojson").read_text())["features"]
+        for mine, its in zip(features[3 * k : 3 * k + 3], alone, strict=True):
+            assert mine["geometry"] == its["geometry"]
+            assert mine["properties"] == {**its["properties"], "rover": k}

@@ -3,8 +3,10 @@
 Nothing below this room knows them, and they are loaded when something of theirs is called.
 """
 
+from ._bag import write_bag
 from ._cluster import connect, open_executor
 from ._dask import DaskExecutor
 from ._mujoco import Physics, Rested
 
 __all__ = ["DaskExecutor", "Physics", "Rested", "connect", "open_executor"]
+__all__ = ["DaskExecutor", "connect", "open_executor", "write_bag"]

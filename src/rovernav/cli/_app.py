@@ -17,6 +17,7 @@ from ._compare import compare
 from ._console import complain
 from ._demo import demo
 from ._drive import drive
+from ._export import export
 from ._inspect import inspect
 from ._mistakes import sentence
 from ._paper import paper
@@ -41,6 +42,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "template": template,
     "terrain": terrain,
     "inspect": inspect,
+    "export": export,
     "demo": demo,
     "studio": studio,
 }

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from ._console import print_json, progress_bar, say, say_files
+from ._export import movie_of
 from ._files import claim_folder, keep_apart
 from ._options import Cell, InFile, Json, Out, SeedValue
 from ._place import find_scene
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from ..sim import Trace
 
 FILES = ("drive.png", "path.csv", "path.geojson", "trace.npz")
+MOVIE = "drive.gif"
 
 
 def drive(
@@ -62,14 +64,18 @@ def drive(
     seed: Annotated[
         SeedValue | None, Parameter(help="Seed of everything random; default 0 or the file's.")
     ] = None,
+    movie: Annotated[
+        bool, Parameter(negative="", help="Write the drive as an animated picture too: drive.gif.")
+    ] = False,
     out: Out = Path("rovernav-drive"),
     json: Json = False,
 ) -> int:
     """Drive a rover from A to B; obstacles are the places where it cannot stand.
 
-    Writes drive.png, path.csv, path.geojson and trace.npz. A drive that ends badly is a result,
-    not an error: the exit code is 0 unless --require asks for more. For a scenario file to start
-    from, see rovernav template.
+    Writes drive.png, path.csv, path.geojson and trace.npz; rovernav export turns the trace into
+    other forms, such as a ROS 2 bag or a page in three dimensions. A drive that ends badly is a
+    result, not an error: the exit code is 0 unless --require asks for more. For a scenario file to
+    start from, see rovernav template.
 
     Example: rovernav drive --terrain yard.tif --from -3.5,1.2 --to 8,5 --controller neural
     """
@@ -81,6 +87,7 @@ def drive(
         },
         require=require,
         out=out,
+        movie=movie,
     )  # fmt: skip
     if json:
         print_json(report)
@@ -90,7 +97,12 @@ def drive(
 
 
 def run_drive(
-    scenario: str | None, options: dict[str, Any], *, out: Path, require: str | None = None
+    scenario: str | None,
+    options: dict[str, Any],
+    *,
+    out: Path,
+    require: str | None = None,
+    movie: bool = False,
 ) -> tuple[dict[str, Any], str]:
     """Drive and write the files.
 
@@ -99,6 +111,7 @@ def run_drive(
         options: The other options by name; None where not given.
         out: Folder for the files.
         require: The outcome that the user will insist on; only its name is checked here.
+        movie: Whether to write a movie too.
 
     Returns:
         What there is to tell, and the name of the scene.
@@ -108,13 +121,15 @@ def run_drive(
     _check_outcome(require)
     with progress_bar("driving") as update:
         scene, settings = find_scene(scenario, options)
-        files = [out / name for name in FILES]
+        files = [out / name for name in (*FILES, *([MOVIE] if movie else []))]
         keep_apart(
             {f"--out ({path.name})": path for path in files},
             [scenario, *(settings.get(key) for key in ("terrain", "controller", "rover"))],
         )
         trace = _simulate(scene, settings, out, update)
-        _write(files, scene, trace)
+        _write(files[: len(FILES)], scene, trace)
+        if movie:
+            movie_of(trace, files[-1], scene, 0, update)
         report = _report(scene, trace)
     report["files"] = files
     report["settings"] = dict(trace.settings)

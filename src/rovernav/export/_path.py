@@ -32,7 +32,7 @@ def write_path_csv(trace: Trace, path: Path, *, terrain: Terrain | None = None, 
         InputError: The trace keeps no path.
         FileError: The file cannot be written there.
     """
-    _check_path(trace, k)
+    check_path(trace, k)
     last = int(trace.steps[k]) + 1
     header = ["time_s", "x_m", "y_m", "heading_rad"]
     columns = [trace.time[:last, k], *trace.pose[:last, k].T]
@@ -48,7 +48,7 @@ def write_path_csv(trace: Trace, path: Path, *, terrain: Terrain | None = None, 
 
 
 def write_path_geojson(
-    trace: Trace, path: Path, *, terrain: Terrain | None = None, k: int = 0
+    trace: Trace, path: Path, *, terrain: Terrain | None = None, k: int | None = 0
 ) -> None:
     """Write the path of rover k as a GeoJSON line, with start, goal and outcome.
 
@@ -60,14 +60,22 @@ def write_path_geojson(
         trace: The drive.
         path: Where to write.
         terrain: The ground that was driven, if any.
-        k: Which rover.
+        k: Which rover; None writes all, each feature with the number of its ``rover``.
 
     Raises:
         InputError: The trace keeps no path.
         FileError: The file cannot be written there.
     """
-    _check_path(trace, k)
     frame = terrain.frame if terrain is not None else LOCAL
+    if k is not None:
+        return write_features(path, frame, _features(trace, k, frame, {}))
+    every = range(len(trace.outcome))
+    found = [each for one in every for each in _features(trace, one, frame, {"rover": one})]
+    return write_features(path, frame, found)
+
+
+def _features(trace: Trace, k: int, frame: Frame, more: dict[str, Any]) -> list[dict[str, Any]]:
+    check_path(trace, k)
     line = [list(map(float, frame.to_map(x, y))) for x, y in trace.path(k)]
     ends = trace.mission.start[k, :2], trace.mission.goal[k]
     start, goal = (list(map(float, frame.to_map(*map(float, end)))) for end in ends)
@@ -78,17 +86,16 @@ def write_path_geojson(
         "steps": int(trace.steps[k]),
         "seed": trace.seed,
     }
-    features = [
-        feature(
-            "LineString" if len(line) > 1 else "Point", line if len(line) > 1 else line[0], track
-        ),
-        feature("Point", start, {"name": "start"}),
-        feature("Point", goal, {"name": "goal"}),
+    way = ("LineString", line) if len(line) > 1 else ("Point", line[0])
+    return [
+        feature(*way, {**track, **more}),
+        feature("Point", start, {"name": "start", **more}),
+        feature("Point", goal, {"name": "goal", **more}),
     ]
-    write_features(path, frame, features)
 
 
-def _check_path(trace: Trace, k: int) -> None:
+def check_path(trace: Trace, k: int) -> None:
+    """Raise `InputError` unless the trace keeps the way of rover k."""
     if len(trace.pose) <= trace.steps[k]:
         raise InputError("this trace keeps only where the drive ended; record 'path' or 'all'")
 

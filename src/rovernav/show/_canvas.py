@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -44,18 +45,28 @@ def picture(path: Path, size: tuple[float, float], draw: Callable[[Figure], None
     Returns:
         `path`.
     """
+    data = io.BytesIO()
+    with canvas(size) as sheet:
+        draw(sheet.figure)
+        sheet.print_png(data, metadata={"Software": f"rovernav {__version__}"})
+    write_atomic(path, lambda file: cast(None, file.write(data.getvalue())))
+    return path
+
+
+@contextlib.contextmanager
+def canvas(size: tuple[float, float], *, dpi: float = DPI) -> Generator[Any]:
+    """An empty figure on a canvas without a window; our style holds as long as it is open.
+
+    Args:
+        size: Width and height [inch].
+        dpi: Dots per inch.
+    """
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    data = io.BytesIO()
     with matplotlib.rc_context(cast(Any, STYLE)):
-        figure = Figure(figsize=size, dpi=DPI, facecolor="white")
-        canvas = FigureCanvasAgg(figure)
-        draw(figure)
-        canvas.print_png(data, metadata={"Software": f"rovernav {__version__}"})
-    write_atomic(path, lambda file: cast(None, file.write(data.getvalue())))
-    return path
+        yield FigureCanvasAgg(Figure(figsize=size, dpi=dpi, facecolor="white"))
 
 
 def in_metres(axes: Axes) -> None:

@@ -11,14 +11,13 @@ from nicegui import run, ui
 
 from ..core import F64
 from ..rover import read_rover
-from ..show import PALETTE, relief_pixels
+from ..show import PALETTE, data_uri, png, surface_of
 from ..terrain import Terrain
 from ._drive import DriveModel
 from ._drive_map import COLOURS
 from ._drive_run import DriveRun
 from ._drive_setup import number_in
 from ._drive_world import Obstacle
-from ._raster import data_uri, png
 
 MOST = 128
 """Points along a side of the surface; a finer ground is thinned to it."""
@@ -126,20 +125,15 @@ class Scene3D:
             return data_uri(png(tile)), rows
         rover = read_rover(self.model.rovers(self.model.world)[0])
         where = self.model.surfaces.standing(self.model.world, rover)
-        colours, _ = relief_pixels(terrain, standing=where, pixels=512)
-        height, width = (min(MOST, n) for n in terrain.frame.shape)
-        x = np.linspace(0.0, terrain.frame.extent[0], width)
-        y = np.linspace(terrain.frame.extent[1], 0.0, height)
-        z = terrain.elevation_at(*np.meshgrid(x, y)) - terrain.span[0]
+        found = surface_of(terrain, standing=where, points=MOST, pixels=512)
         rows = [
             [
-                None if math.isnan(z[i, j])
-                else [round(float(x[j]), 3), round(float(y[i]), 3), round(self._lift * z[i, j], 3)]
-                for j in range(width)
+                None if math.isnan(z) else [round(x, 3), round(y, 3), round(self._lift * z, 3)]
+                for x, z in zip(found.x.tolist(), line, strict=True)
             ]
-            for i in range(height)
-        ]  # fmt: skip
-        return data_uri(png(colours)), rows
+            for y, line in zip(found.y.tolist(), found.z.tolist(), strict=True)
+        ]
+        return data_uri(png(found.colours)), rows
 
     def _at(self, x: float, y: float, terrain: Terrain | None) -> tuple[float, float, float]:
         if terrain is None:

@@ -10,10 +10,9 @@ from html import escape
 from typing import Any, final
 
 from ..rover import Rover
-from ..show import WHY, relief_pixels
+from ..show import WHY, data_uri, png, relief_pixels
 from ._drive_map import View, Window
 from ._drive_world import Surfaces, World
-from ._raster import data_uri, png
 
 PIXELS = 560
 """Cells along a side of a picture, above which some are left out."""

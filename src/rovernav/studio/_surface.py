@@ -9,7 +9,7 @@ import numpy as np
 from ..core import F64, U8, value
 from ..learn import Patterns
 from ..nets import Network
-from ._raster import data_uri, png
+from ..show import data_uri, png
 
 CELLS = 49
 MARGIN = 0.25

@@ -9,7 +9,7 @@ from numpy.testing import assert_array_equal
 from PIL import Image
 
 from rovernav.core import ShapeError
-from rovernav.studio._raster import data_uri, png
+from rovernav.show import data_uri, png
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 3), (5, 7, 3), (64, 3, 4)])
