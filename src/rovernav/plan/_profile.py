@@ -103,6 +103,20 @@ def _cells(ground: Going, x: F64, y: F64) -> tuple[Any, Any]:
     return np.minimum((y / cell).astype(int), h - 1), np.minimum((x / cell).astype(int), w - 1)
 
 
+def account_of(ground: Going, points: F64) -> dict[str, Any]:
+    """Length, cost, its terms, time, energy and steepest ground of a way (k, 2) [m]."""
+    energy = None if ground.table is None else ground.by("energy").cost_of(points)
+    terms = ground.split(points).sum(axis=0)
+    return {
+        "length": float(np.hypot(*np.diff(points, axis=0).T).sum()),
+        "cost": ground.cost_of(points),
+        "terms": dict(zip(ground.terms, map(float, terms), strict=True)),
+        "time": ground.by("time").cost_of(points),
+        "energy": energy,
+        "steepest": ground.hazards.standing.steepest(points),
+    }
+
+
 def why_here(ground: Going, points: Any, place: Any) -> dict[str, Any]:
     """Why a route runs where it does, at the point of it that is nearest to a place.
 
@@ -129,10 +143,10 @@ def why_here(ground: Going, points: Any, place: Any) -> dict[str, Any]:
     here, off = _nearest(points, along, (x, y))
     width = max(AROUND_CELLS * ground.frame.cell, AROUND_SHARE * along[-1])
     low, high = max(0.0, here - width), min(along[-1], here + width)
-    stretch = _cut(points, along, low, high)
+    stretch = cut(points, along, low, high)
     straight = stretch[[0, -1]]
     small = min(0.25 * ground.frame.cell, 0.5 * along[-1])
-    bit = _cut(points, along, max(0.0, here - small), min(along[-1], here + small))
+    bit = cut(points, along, max(0.0, here - small), min(along[-1], here + small))
     terms = ground.split(bit).sum(axis=0) / np.hypot(*np.diff(bit, axis=0).T).sum()
     at = tuple(float(np.interp(here, along, points[:, axis])) for axis in range(2))
     cell = ground.frame.cell_of(*at)
@@ -181,7 +195,7 @@ def _nearest(points: F64, along: F64, place: tuple[float, float]) -> tuple[float
     return float(along[k] + share[k] * (along[k + 1] - along[k])), float(off[k])
 
 
-def _cut(points: F64, along: F64, low: float, high: float) -> F64:
+def cut(points: F64, along: F64, low: float, high: float) -> F64:
     """The part of a path between two distances along it."""
     inner = points[(along > low) & (along < high)]
     ends = [[np.interp(d, along, points[:, axis]) for axis in range(2)] for d in (low, high)]

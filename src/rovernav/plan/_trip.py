@@ -9,16 +9,39 @@ from typing import Any
 import numpy as np
 
 from ..core import F64, InputError, SettingError, suggest, value
+from ..terrain import Terrain
 from ._barriers import Barrier, barriers
 from ._directed import USUAL, Search, directed
 from ._ends import Point, check_point, is_free
 from ._going import Going
+from ._profile import Profile, account_of, profile
 from ._route import Route
 
 ORDERS = ("given", "best")
 MOST_VIA = 12
 """Stops between start and goal for which the best order is found exactly: at 12 the table of Held
 and Karp has 49,152 entries; each more doubles it."""
+
+
+@value
+class Far:
+    """What a trip over a raster is like at full resolution.
+
+    Attributes:
+        terrain: Mean heights of the blocks, for pictures.
+        block: Cells to a side of a block.
+        forbidden: Share of the raster that is forbidden, 0 to 1.
+        accounts: For each leg that was found, as `Trip.account`.
+        stations: The profile of the whole trip; None without a way.
+        heights: Elevation of the trip's points (k,) [m]; None without a way.
+    """
+
+    terrain: Terrain
+    block: int
+    forbidden: float
+    accounts: tuple[dict[str, Any], ...]
+    stations: Profile | None = None
+    heights: F64 | None = None
 
 
 @value
@@ -31,6 +54,7 @@ class Trip:
         order: For each stop its place in the order that was given.
         legs: A route for each pair of stops, up to the first for which there is none.
         barriers: What keeps the first leg without a way from having one.
+        far: What was seen at full resolution, where `ground` is that of blocks; or None.
     """
 
     ground: Going
@@ -38,6 +62,7 @@ class Trip:
     order: tuple[int, ...]
     legs: tuple[Route, ...]
     barriers: tuple[Barrier, ...] = ()
+    far: Far | None = None
 
     @property
     def found(self) -> bool:
@@ -93,22 +118,25 @@ class Trip:
         return Route(points=self.points, cost=self.cost, length=self.length)
 
     def account(self) -> list[dict[str, Any]]:
-        """For each leg: length, cost, its terms, time, energy, steepest ground, slip."""
-        return [_account(self.ground, leg) for leg in self.legs if leg.found]
+        """For each leg that was found: length, cost, its terms, time, energy, steepest ground."""
+        if self.far is not None:
+            return list(self.far.accounts)
+        return [account_of(self.ground, leg.points) for leg in self.legs if leg.found]
 
+    def profile(self, terrain: Terrain) -> Profile:
+        """The whole trip from close by; `terrain` is the ground that was planned on.
 
-def _account(ground: Going, leg: Route) -> dict[str, Any]:
-    time = ground.by("time").cost_of(leg.points)
-    energy = None if ground.table is None else ground.by("energy").cost_of(leg.points)
-    terms = ground.split(leg.points).sum(axis=0)
-    return {
-        "length": leg.length,
-        "cost": leg.cost,
-        "terms": dict(zip(ground.terms, map(float, terms), strict=True)),
-        "time": time,
-        "energy": energy,
-        "steepest": ground.hazards.standing.steepest(leg.points),
-    }
+        Raises:
+            InputError: There is no way.
+        """
+        if self.far is not None and self.far.stations is not None:
+            return self.far.stations
+        return profile(self.ground, self.points, terrain)
+
+    @property
+    def forbidden(self) -> float:
+        """Share of the map that is forbidden, 0 to 1."""
+        return float(self.ground.blocked.mean()) if self.far is None else self.far.forbidden
 
 
 def travel(

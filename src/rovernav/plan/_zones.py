@@ -38,6 +38,15 @@ class Zones:
         if not (math.isfinite(self.margin) and self.margin >= 0.0):
             raise SettingError(f"the margin must be 0 m or more, got {self.margin!r}")
 
+    def seen_from(self, x: float, y: float) -> Zones:
+        """The same zones in local metres that count from the local point (x, y) [m]."""
+        import shapely
+
+        def moved(area: Any) -> Any:
+            return None if area is None else shapely.transform(area, lambda at: at - (x, y))
+
+        return Zones(avoid=moved(self.avoid), keep_in=moved(self.keep_in), margin=self.margin)
+
     def forbidden(self, frame: Frame, *, margin: float | None = None) -> Bool:
         """Cells (h, w) that a zone and its margin so much as touch, or do not wholly hold."""
         margin = self.margin if margin is None else margin

@@ -95,7 +95,11 @@ def standing(terrain: Terrain, rover: Rover) -> Standing:
         A map of the terrain's own frame; no data comes before slope and slope before step where
         several reasons hold.
     """
-    return judged(terrain, rover, planes_over(terrain, rover.footing))[0]
+    planes = planes_over(terrain, rover.footing)
+    if rover.radius < terrain.frame.cell:  # reaches no other cell's middle
+        tilt, step, reason = _reasons(terrain, rover, planes)
+        return _standing(terrain, tilt, step, reason)
+    return judged(terrain, rover, planes)[0]
 
 
 def judged(terrain: Terrain, rover: Rover, planes: Planes) -> tuple[Standing, I32]:
@@ -106,15 +110,24 @@ def judged(terrain: Terrain, rover: Rover, planes: Planes) -> tuple[Standing, I3
         itself (h, w), `FAR` squared or more where there is none.
     """
     frame = terrain.frame
-    tilt = planes.slope()
-    step = ledge_height(terrain, within=2.0 * rover.wheel_radius, steeper=rover.max_slope)
-    reason = np.empty(frame.shape, np.uint8)
-    k.reasons(tilt, step, (rover.max_slope, rover.max_step), reason)
+    tilt, step, reason = _reasons(terrain, rover, planes)
     squared = np.empty(frame.shape, np.int32)
     k.columns(reason, squared)
     k.squares(squared)
     cells = rover.radius / frame.cell
     k.near(squared, cells * cells * (1.0 + 2e-12), reason)
+    return _standing(terrain, tilt, step, reason), squared
+
+
+def _reasons(terrain: Terrain, rover: Rover, planes: Planes) -> tuple[F32, F32, U8]:
+    """Slope, steps, and why a cell is forbidden by itself."""
+    tilt = planes.slope()
+    step = ledge_height(terrain, within=2.0 * rover.wheel_radius, steeper=rover.max_slope)
+    reason = np.empty(terrain.frame.shape, np.uint8)
+    k.reasons(tilt, step, (rover.max_slope, rover.max_step), reason)
+    return tilt, step, reason
+
+
+def _standing(terrain: Terrain, tilt: F32, step: F32, reason: U8) -> Standing:
     blocked = (reason != Reason.FREE).view(np.uint8)
-    found = Standing(frame=frame, blocked=blocked, reason=reason, slope=tilt, step=step)
-    return found, squared
+    return Standing(frame=terrain.frame, blocked=blocked, reason=reason, slope=tilt, step=step)

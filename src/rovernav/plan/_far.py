@@ -1,0 +1,317 @@
+"""Routes over rasters of any size: surveyed in blocks, then planned stretch by stretch."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+
+from ..core import F64, InputError, SettingError, suggest
+from ..rover import Rover
+from ..terrain import Raster
+from ._any_angle import any_angle
+from ._directed import USUAL, stencil
+from ._ends import Point, check_point, enclosed, judge_ends, nearest_free
+from ._going import OBJECTIVES, Going, going
+from ._profile import Profile, cut
+from ._route import Route, Way, no_route
+from ._stretch import MARGIN, Errand, Failed, Look, Piece, at, lengths, stretch, window_over
+from ._survey import Progress, Survey, silent, survey
+from ._trip import MOST_VIA, ORDERS, Far, Trip, held_karp
+from ._zones import Zones
+
+STRETCH = 1024.0
+"""Length of a stretch [cells]."""
+ROUNDS = 24
+"""How often blocks that proved not to be passed are taken out and the way is sought anew."""
+WORTH = 0.02
+"""A way over blocks that meet without joining is tried if it is shorter by more than this."""
+STATIONS = 4000
+"""Stations of the whole profile at most."""
+THREADS = 2
+
+
+def travel_far(
+    raster: Raster,
+    rover: Rover,
+    stops: Sequence[Any],
+    *,
+    objective: str = "distance",
+    soil: Any = None,
+    zones: Zones | None = None,
+    order: str = "given",
+    neighbours: int = USUAL,
+    block: int | None = None,
+    stretch: float = STRETCH,
+    on_progress: Progress = silent,
+) -> Trip:
+    """As `travel`, over a raster that may be larger than memory.
+
+    First all cells are judged, band by band, and kept as blocks: what share of each is free, and
+    over which borders one can pass. A shortest way over the blocks is found, and then the cheapest
+    way at full resolution around it, stretch by stretch; the stretches are then shifted by half and
+    planned again, so that where they met is no longer fixed. Windows grow where the way touches
+    their edge. Where blocks prove not to be passed, the way over blocks is sought anew.
+
+    So the way is the cheapest around the shortest way over blocks: other objectives count within
+    these windows only.
+
+    Args:
+        raster: The ground.
+        rover: Who goes.
+        stops: Local points (x, y) [m]: the start, stops on the way, the goal.
+        objective: "distance", "time", "energy" or "risk".
+        soil: A soil or its name; the rover's own where not given.
+        zones: What to keep out of and to stay within.
+        order: "given", or "best" by the ways over blocks.
+        neighbours: Moves of the directed search: 8, 16 or 32.
+        block: Cells to a side of a block.
+        stretch: Length of a stretch [cells].
+        on_progress: Called with the share that is done, and what is done.
+
+    Returns:
+        The trip; its `ground` is that of the blocks, its `far` that of the cells on the way.
+
+    Raises:
+        InputError: Fewer than two stops, or one that is not two finite numbers.
+        SettingError: An unknown order, objective, soil or number of neighbours.
+        FileError: The file is damaged.
+    """
+    points = [check_point(stop, f"stop {n + 1}") for n, stop in enumerate(stops)]
+    _check(points, objective, order, neighbours)
+    found = survey(raster, rover, zones=zones, block=block, on_progress=on_progress)
+    errand = Errand(raster, rover, objective, soil, zones, neighbours, found.side)
+    ground = going(found.judged(rover, soil), rover, objective=objective, soil=soil)
+    ground = dataclasses.replace(ground, zones=zones)
+    turn = _order(found, points) if order == "best" else tuple(range(len(points)))
+    points = [points[n] for n in turn]
+    legs: list[Route] = []
+    pieces: list[list[Piece]] = []
+    for n in range(len(points) - 1):
+        share = 0.4 / (len(points) - 1)
+
+        def tell(done: float, words: str, before: float = 0.6 + n * share) -> None:
+            on_progress(before + share * done, words)
+
+        route, parts = _leg(errand, found, (points[n], points[n + 1]), stretch, tell)
+        legs.append(route)
+        pieces.append(parts)
+        if not route.found:
+            break
+    whole = [piece for leg in pieces for piece in leg]
+    done = legs[-1].found
+    return Trip(
+        ground=ground, stops=np.array(points), order=turn, legs=tuple(legs),
+        far=Far(
+            terrain=found.terrain, block=found.block, forbidden=1.0 - found.free,
+            accounts=tuple(_summed(ground, parts) for parts in pieces if parts),
+            stations=_stations(whole) if done else None, heights=_heights(whole) if done else None,
+        ),
+    )  # fmt: skip
+
+
+def _check(points: list[Point], objective: str, order: str, neighbours: int) -> None:
+    if len(points) < 2:
+        raise InputError(f"a trip needs a start and a goal, got {len(points)} stops")
+    for name, chosen, known in (("order", order, ORDERS), ("objective", objective, OBJECTIVES)):
+        if chosen not in known:
+            raise SettingError(f"unknown {name} {chosen!r}; {suggest(chosen, known)}")
+    stencil(neighbours)
+    if order == "best" and len(points) - 2 > MOST_VIA:
+        raise SettingError(
+            f"the best order is found for at most {MOST_VIA} stops between start and goal, got "
+            f"{len(points) - 2}; leave out --order best, or split the trip"
+        )
+
+
+def _order(found: Survey, points: list[Point]) -> tuple[int, ...]:
+    """The order of stops whose ways over blocks are shortest."""
+    n, costs = len(points), found.costs(joined=False)
+    matrix = np.zeros((n, n))
+    for a in range(n):
+        for b in range(a):
+            inside = found.whole.contains(*points[a]) and found.whole.contains(*points[b])
+            ends = found.middle(*points[a]), found.middle(*points[b])
+            matrix[a, b] = matrix[b, a] = any_angle(costs, *ends).cost if inside else np.inf
+    return held_karp(matrix)
+
+
+def _leg(
+    errand: Errand, found: Survey, ends: tuple[Point, Point], step: float, tell: Progress
+) -> tuple[Route, list[Piece]]:
+    """The way from one stop to the next, and its pieces."""
+    refused = _refused(errand, ends)
+    if refused is not None:
+        return refused, []
+    if ends[0] == ends[1]:
+        window = window_over(errand, np.array([ends[0]]), MARGIN)
+        assert window is not None
+        look = Look(errand, window)
+        one = look.piece(np.array([ends[0]]) - look.corner)
+        return Route(points=one.points, cost=0.0, length=0.0), [one]
+    narrowed = 0
+    for narrowed in range(ROUNDS):
+        line, sure = _over_blocks(found, ends)
+        if line is None:
+            break
+        try:
+            pieces = _along(errand, line, step, tell)
+        except Failed as failed:
+            found = found.narrowed(failed.window, joined=sure)
+            continue
+        return _route(pieces), pieces
+    return _none(found, ends, narrowed), []
+
+
+def _refused(errand: Errand, ends: tuple[Point, Point]) -> Route | None:
+    """Why no way begins or ends there, told by the cells around; None where both are fine."""
+    frame = errand.raster.frame
+    width, height = frame.extent
+    for (x, y), what, way in zip(
+        ends, ("start", "goal"), (Way.START_OUTSIDE, Way.GOAL_OUTSIDE), strict=True
+    ):
+        if not frame.contains(x, y):
+            return no_route(
+                way,
+                f"the {what} ({x:.6g}, {y:.6g}) m lies beyond the map, which is {width:g} m wide "
+                f"and {height:g} m high",
+            )
+    for end, what, way in zip(
+        ends, ("start", "goal"), (Way.START_FORBIDDEN, Way.GOAL_FORBIDDEN), strict=True
+    ):
+        window = window_over(errand, np.array([end]), MARGIN)
+        assert window is not None
+        look = Look(errand, window)
+        if look.ground is None:
+            return no_route(way, f"the {what} ({end[0]:.6g}, {end[1]:.6g}) m lies in a hole of the "
+                            "map without data")  # fmt: skip
+        here = at(np.array(end) - look.corner)
+        answer = judge_ends(look.ground.open_ground(), here, here)
+        if answer is not None:
+            return _moved(answer, look, end, what, way)
+    return None
+
+
+def _moved(answer: Route, look: Look, end: Point, what: str, way: Way) -> Route:
+    """An answer about one end in a window, in the raster's own metres."""
+    assert look.ground is not None
+    near = nearest_free(look.ground.open_ground(), *at(np.array(end) - look.corner))
+    free = None if near is None else at(np.array(near) + look.corner)
+    words = "" if free is None else (
+        f"; the nearest free ground is at ({free[0]:.6g}, {free[1]:.6g}) m, "
+        f"{math.dist(free, end):.3g} m away"
+    )  # fmt: skip
+    return no_route(
+        way, f"the {what} ({end[0]:.6g}, {end[1]:.6g}) m touches forbidden ground{words}",
+        free if what == "goal" else None,
+    )  # fmt: skip
+
+
+def _over_blocks(found: Survey, ends: tuple[Point, Point]) -> tuple[F64 | None, bool]:
+    """A line over blocks (k, 2) [m] or None; and whether all of its blocks join."""
+    middles = found.middle(*ends[0]), found.middle(*ends[1])
+    hoped = any_angle(found.costs(joined=False), *middles)
+    if not hoped.found:
+        return None, False
+    joined = any_angle(found.costs(joined=True), *middles)
+    sure = joined.found and joined.cost <= (1.0 + WORTH) * hoped.cost
+    points = (joined if sure else hoped).points + found.corner
+    return np.vstack([ends[0], points, ends[1]]), sure
+
+
+def _along(errand: Errand, line: F64, step: float, tell: Progress) -> list[Piece]:
+    """The cheapest pieces around a line (k, 2) [m], from its beginning to its end."""
+    total = float(lengths(line)[-1])
+    count = max(1, round(total / (step * errand.raster.frame.cell)))
+    cuts, along = np.linspace(0.0, total, count + 1), lengths(line)
+    ways: list[F64] = []
+    first = line[0]
+    for n in range(count):
+        part = np.vstack([first, cut(line, along, cuts[n], cuts[n + 1])[1:]])
+        path, look = stretch(errand, part, exactly=n == count - 1)
+        if count == 1:
+            return [look.piece(path)]
+        ways.append(path + look.corner)
+        first = ways[-1][-1]
+        tell(0.5 * (n + 1) / count, "planning the stretches")
+    parts = _shifted(ways)
+
+    def again(n: int) -> Piece:
+        path, look = stretch(errand, parts[n], exactly=True, driven=True)
+        tell(0.5 + 0.5 * (n + 1) / len(parts), "planning across their ends")
+        return look.piece(path)
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        return list(pool.map(again, range(len(parts))))
+
+
+def _shifted(ways: list[F64]) -> list[F64]:
+    """The same way in parts that go from the middle of one to the middle of the next."""
+    parts: list[list[F64]] = [[]]
+    for way in ways:
+        along = lengths(way)
+        middle = 0.5 * float(along[-1])
+        parts[-1].append(cut(way, along, 0.0, middle))
+        parts.append([cut(way, along, middle, float(along[-1]))])
+    return [np.vstack(part) for part in parts]
+
+
+def _route(pieces: list[Piece]) -> Route:
+    points = np.vstack([pieces[0].points, *(piece.points[1:] for piece in pieces[1:])])
+    cost = sum(piece.account["cost"] for piece in pieces)
+    return Route(points=points, cost=cost, length=float(lengths(points)[-1]))
+
+
+def _none(found: Survey, ends: tuple[Point, Point], narrowed: int) -> Route:
+    """Why there is no way, by blocks."""
+    costs = found.costs(joined=False)
+    middles = found.middle(*ends[0]), found.middle(*ends[1])
+    limits = (
+        f"; no way was found along {narrowed} lines over blocks of {found.side:g} m, narrower "
+        "passages may be left"
+    )
+    if any_angle(costs, *middles).found:
+        return no_route(Way.GOAL_ENCLOSED, limits[2:])
+    answer = enclosed(costs, *middles)
+    assert answer.nearest is not None
+    near = answer.nearest[0] + found.corner, answer.nearest[1] + found.corner
+    what = "start" if answer.way is Way.START_ENCLOSED else "goal"
+    x, y = ends[0] if what == "start" else ends[1]
+    return no_route(
+        answer.way,
+        f"forbidden ground encloses the {what} ({x:.6g}, {y:.6g}) m; the nearest point to the goal "
+        f"that can be reached is about ({near[0]:.6g}, {near[1]:.6g}) m, "
+        f"{math.dist(near, ends[1]):.3g} m from it, to a block of {found.side:g} m"
+        f"{limits if narrowed else ''}",
+        near,
+    )
+
+
+def _stations(pieces: list[Piece]) -> Profile:
+    """The profiles of pieces as one, thinned out."""
+    names = [field.name for field in dataclasses.fields(Profile)]
+    joined = {name: [np.asarray(getattr(p.stations, name)) for p in pieces] for name in names}
+    before = np.cumsum([0.0, *(p.account["length"] for p in pieces[:-1])])
+    joined["distance"] = [d + b for d, b in zip(joined["distance"], before, strict=True)]
+    every = {name: np.concatenate(parts) for name, parts in joined.items()}
+    count = len(every["distance"])
+    kept = np.unique(np.linspace(0, count - 1, min(count, STATIONS)).astype(int))
+    return Profile(**{name: values[kept] for name, values in every.items()})
+
+
+def _heights(pieces: list[Piece]) -> F64:
+    """Elevation of the points of a trip [m]."""
+    return np.concatenate([pieces[0].heights, *(piece.heights[1:] for piece in pieces[1:])])
+
+
+def _summed(ground: Going, pieces: list[Piece]) -> dict[str, Any]:
+    told = [piece.account for piece in pieces]
+    out = {key: sum(one[key] for one in told) for key in ("length", "cost", "time")}
+    out["terms"] = {name: sum(one["terms"][name] for one in told) for name in ground.terms}
+    out["energy"] = None if ground.table is None else sum(one["energy"] for one in told)
+    out["steepest"] = max(one["steepest"] for one in told)
+    return out
