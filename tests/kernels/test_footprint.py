@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -97,7 +98,7 @@ def test_cells_at_rest() -> None:
     cells = shapely.union_all(
         [box(j * 0.25, i * 0.25, (j + 1) * 0.25, (i + 1) * 0.25) for i, j in np.argwhere(blocked)]
     )
-    poses = some_poses(rng, 1500) + (2.5, 2.5, 0.0)
+    poses = some_poses(rng, 1500) + np.array([2.5, 2.5, 0.0])
     worlds = Worlds.single(grid=Grid(frame=Frame(cell=0.25, shape=(20, 20)), blocked=blocked))
     met = [k.meets_world(*hull_at(p), 0, worlds.arrays(), True, 0.0) for p in poses]
     assert 300 < compare(poses, met, [cells] * 1500) < 1400
@@ -119,9 +120,7 @@ def test_what_a_moving_footprint_sweeps(turning: bool) -> None:
         assert bulge <= 1e-3
         assert turning or (parts == 1 and bulge == 0.0)
         at = [k.along_arc(start, step, i / parts) for i in range(parts + 1)]
-        got = any(
-            k.meets_shape(*hull_at(a, b), corners, bulge) for a, b in zip(at, at[1:], strict=False)
-        )
+        got = any(k.meets_shape(*hull_at(a, b), corners, bulge) for a, b in itertools.pairwise(at))
         passed = [k.along_arc(start, step, t) for t in np.linspace(0, 1, 40)]
         swept = [rectangle_at(p) for p in passed]
         near = min(s.distance(disc) for s in swept)
@@ -131,7 +130,7 @@ def test_what_a_moving_footprint_sweeps(turning: bool) -> None:
         if near > 2e-3 and turning:  # forty poses leave gaps of their own: below 1 mm
             hulls = [
                 MultiPoint([*a.exterior.coords, *b.exterior.coords]).convex_hull
-                for a, b in zip(swept, swept[1:], strict=False)
+                for a, b in itertools.pairwise(swept)
             ]
             if min(h.distance(disc) for h in hulls) > 2e-3:
                 assert not got

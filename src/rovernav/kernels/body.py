@@ -100,7 +100,7 @@ def _climbs_a_ledge(
     """Whether a wheel went up a ledge that is higher than it climbs.
 
     A ledge is where `step` says so; a wheel goes up it where its centre has risen by more than the
-    highest step, or more steeply than the rover's slope limit.
+    highest step, or more steeply than 45 degrees.
     """
     chassis = body.chassis
     if not row[st.STEP] > chassis[st.MAX_STEP]:
@@ -118,7 +118,7 @@ def _climbs_a_ledge(
         bx, by, _ = fp.along_arc(pose, (x, y, 0.0), 1.0)
         rise = height_at(ground.wheel[layer], c, bx, by) - height_at(ground.wheel[layer], c, ax, ay)
         way = np.sqrt((bx - ax) * (bx - ax) + (by - ay) * (by - ay))
-        if rise > min(body.numbers[wh.LEDGE] * way, chassis[st.MAX_STEP]) and rise > 0.0:
+        if rise > min(way, chassis[st.MAX_STEP]) and rise > 0.0:
             return True
     return False
 

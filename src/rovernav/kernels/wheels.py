@@ -22,12 +22,12 @@ F64: TypeAlias = NDArray[np.float64]
 STEERING, SPEED, TURN_RATE, WHEEL_SPEED, ACCELERATION, TURN_ACCELERATION = range(6)
 LEFT_OVER, MEAN_LEFT, AXLE, OUTER, INNER, STEER = range(6, 12)
 """LEFT_OVER: share of the gap to the target that a part's end leaves, MEAN_LEFT: on its average."""
-PERIOD, PART, PARTS, GRID, TIP, STALL, PATIENT, LEDGE = range(12, 20)
+PERIOD, PART, PARTS, GRID, TIP, STALL, PATIENT = range(12, 19)
 """Length of a step and of its parts [s], how many parts; whether grids are obstacles; tipping angle
-[rad]; way after which progress is looked at [m], least share of it; rise of a ledge, per metre."""
-FRONT, REAR, HALF_WIDTH, STRIP_IN, STRIP_OUT, LIFT, SLACK = range(20, 27)
+[rad]; way after which progress is looked at [m], and the least share of it."""
+FRONT, REAR, HALF_WIDTH, STRIP_IN, STRIP_OUT, LIFT, SLACK = range(19, 26)
 """Footprint, wheel strips (|y| from, to), clearance [m], and what the sweep may add [m]."""
-BODY = 27
+BODY = 26
 TWO_AXIS, SKID, ACKERMANN, CRAB = 0.0, 1.0, 2.0, 3.0
 
 

@@ -168,7 +168,7 @@ def _numbers(rover: Rover, period: float, parts: int, *, grid: bool) -> F64:
         n[wh.MEAN_LEFT] = -math.expm1(-part / steering.lag) * steering.lag / part
     n[wh.STEER] = math.tan(steering.max_steer) if steering.max_steer < math.pi / 2 else np.inf
     n[wh.PERIOD], n[wh.PART], n[wh.PARTS], n[wh.GRID] = period, part, parts, float(grid)
-    n[wh.STALL], n[wh.TIP], n[wh.PATIENT], n[wh.LEDGE] = np.inf, np.inf, STUCK_SHARE, np.inf
+    n[wh.STALL], n[wh.TIP], n[wh.PATIENT] = np.inf, np.inf, STUCK_SHARE
     n[wh.FRONT], n[wh.REAR], n[wh.HALF_WIDTH] = (
         0.5 * rover.length, -0.5 * rover.length, 0.5 * rover.width,
     )  # fmt: skip
@@ -180,7 +180,6 @@ def _numbers(rover: Rover, period: float, parts: int, *, grid: bool) -> F64:
     far = max(abs(place - n[wh.AXLE]) for place in x) / n[wh.STEER]
     n[wh.OUTER], n[wh.INNER] = half + far, half - far
     n[wh.STALL], n[wh.TIP] = STUCK_WAY * chassis.wheelbase, chassis.static_tilt
-    n[wh.LEDGE] = math.tan(rover.max_slope)
     n[wh.STRIP_IN] = max(0.0, half - 0.5 * chassis.wheel_width)
     n[wh.STRIP_OUT] = half + 0.5 * chassis.wheel_width
     return n

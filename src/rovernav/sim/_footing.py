@@ -52,7 +52,8 @@ def _terrain(ground: Ground, rocks: F64 | None, rover: Rover, highest: float) ->
     height: F32 = ground.height
     if rocks is not None and len(rocks):
         on = rocks[(rocks[:, 3] <= highest) & (rocks[:, 3] >= FLAT_ROCK * rover.wheel_radius)]
-        _check_fine(on, ground.frame.cell)
+        if highest < np.inf:
+            _check_fine(on, ground.frame.cell)
         rise = np.zeros(ground.frame.shape)
         cells = on / (ground.frame.cell, ground.frame.cell, ground.frame.cell, 1.0)
         raise_rocks(np.ascontiguousarray(cells), rise)
