@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from ._bodies import body_report, say_body
 from ._console import print_json, progress_bar, say, say_files
 from ._export import movie_of
 from ._files import claim_folder, keep_apart
@@ -55,6 +56,14 @@ def drive(
         str | None,
         Parameter(help="Preset or rover file; default paper-point for bassil, else research."),
     ] = None,
+    body: Annotated[
+        bool,
+        Parameter(negative="", help="Drive a body: it settles on the ground and slips."),
+    ] = False,
+    soil: Annotated[
+        str | None,
+        Parameter(help="Soil under a body; the rover's own if not given."),
+    ] = None,
     rocks: Annotated[
         float | None, Parameter(help="Scatter rocks over this share of the ground, like 0.05.")
     ] = None,
@@ -84,6 +93,7 @@ def drive(
         {
             "terrain": terrain, "cell": cell, "from": start, "to": goal, "frame": frame,
             "rover": rover, "controller": controller, "rocks": rocks, "seed": seed,
+            "body": body or None, "soil": soil,
         },
         require=require,
         out=out,
@@ -168,7 +178,7 @@ def _simulate(
 
 def _report(scene: Scene | Ground, trace: Trace) -> dict[str, Any]:
     from ..scenes import Ground
-    from ..sim import clearance
+    from ..sim import Body, clearance
 
     ground, inner = (scene, scene.scene) if isinstance(scene, Ground) else (None, scene)
     path = trace.path()
@@ -186,11 +196,19 @@ def _report(scene: Scene | Ground, trace: Trace) -> dict[str, Any]:
         "forbidden_share": None,
         "start_map": None,
         "end_map": None,
+        "energy_kj": None,
+        "worst_tilt_deg": None,
+        "mean_slip": None,
+        "worst_slip": None,
+        "soil": None,
+        **body_report(trace),
     }
     if ground is not None:
         frame = ground.terrain.frame
         report["max_slope_deg"] = math.degrees(ground.standing.steepest(path))
         report["forbidden_share"] = ground.standing.share
+        if isinstance(inner.motion, Body):
+            report["soil"] = inner.motion.soil
         report["start_map"], report["end_map"] = (frame.to_map(*path[k]) for k in (0, -1))
     return report
 
@@ -241,4 +259,6 @@ def print_drive(report: dict[str, Any], title: str) -> None:
     if report["max_slope_deg"] is not None:
         say(f"Steepest ground on the way: {report['max_slope_deg']:.1f} deg; "
             f"{report['forbidden_share']:.0%} of the map is forbidden to this rover.")  # fmt: skip
+    if report["energy_kj"] is not None:
+        say_body(report)
     say_files(report["files"])

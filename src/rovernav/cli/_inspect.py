@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from ._bodies import body_report
 from ._console import print_json, print_pairs, print_table, progress_bar, say
 from ._ground import print_ground, print_map, read_ground, read_map
 from ._judge import Judging, judge
@@ -187,6 +188,7 @@ def _read_trace(file: Path, given: Mapping[str, Any]) -> dict[str, Any]:
         "first_start": trace.mission.start[0, :2],
         "first_end": trace.pose[-1, 0, :2],
         "first_length_m": float(trace.length[0]),
+        "body_of_first": body_report(trace),
         "sensors": sorted(trace.channels),
         "seed": trace.seed,
         "settings": dict(trace.settings),
@@ -231,6 +233,7 @@ def _print_trace(file: Path, report: dict[str, Any]) -> None:
             (f"start{of}", _point(report["first_start"])),
             (f"end{of}", _point(report["first_end"])),
             (f"length{of}", f"{report['first_length_m']:.3f} m"),
+            *_body_pairs(report["body_of_first"], of),
             ("sensors", ", ".join(report["sensors"]) or "none recorded"),
             ("seed", str(report["seed"])),
             ("rovernav", report["rovernav"]),
@@ -239,6 +242,17 @@ def _print_trace(file: Path, report: dict[str, Any]) -> None:
     if report["settings"]:
         say("\nsettings")
         print_pairs(_pairs(report["settings"]))
+
+
+def _body_pairs(body: Mapping[str, float], of: str) -> list[tuple[str, str]]:
+    """Energy, tilt and slip of a rover with a body; nothing for a point."""
+    if not body:
+        return []
+    return [
+        (f"energy{of}", f"{body['energy_kj']:.3f} kJ"),
+        (f"worst tilt{of}", f"{body['worst_tilt_deg']:.1f} deg"),
+        (f"slip{of}", f"{body['mean_slip']:.1%} on average, {body['worst_slip']:.1%} at most"),
+    ]
 
 
 _READERS = {

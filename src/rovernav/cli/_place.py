@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from ..scenes import Ground, Scenario, Scene
     from ..terrain import Terrain
 
-GROUND = ("terrain", "cell", "from", "to", "frame", "rocks")
+GROUND = ("terrain", "cell", "from", "to", "frame", "rocks", "body", "soil")
 """Options that say where to drive; a scenario says it itself."""
 
 

@@ -257,6 +257,7 @@ def move(
     body: BodyArrays,
     ground: GroundArrays,
     world: WorldArrays,
+    placing: bool,
 ) -> None:
     """Move each rover that drives for one period, in place.
 
@@ -268,37 +269,28 @@ def move(
         body: The rover.
         ground: Ground and rocks.
         world: Obstacles.
+        placing: Only set the rovers down where they are: attitude, and who has ended already.
     """
     n, room = body.numbers, _rooms()
-    parts, wanted = int(n[wh.PARTS]), room[5]
+    parts, wanted = 1 if placing else int(n[wh.PARTS]), room[5]
     for k in range(len(command)):
         if after.outcome[k] != DRIVING:
             continue
         of, ended = world.of[k], DRIVING
         u, v, w = command[k, 0], command[k, 1], command[k, 2]
-        after.time[k] += n[wh.PERIOD]
+        after.time[k] += 0.0 if placing else n[wh.PERIOD]
         if not abs(u) + abs(v) + abs(w) < np.inf:
             after.outcome[k] = LEFT_MAP
             after.twist[k, 0], after.twist[k, 1], after.twist[k, 2] = 0.0, 0.0, 0.0
             continue
         wanted[0], wanted[1], wanted[2] = wh.allowed(u, v, w, n, body.chassis)
         for _ in range(parts):
-            step = _drive_part(k, wanted, factor[k], body, after)
+            step = (0.0, 0.0, 0.0)
+            if not placing:
+                step = _drive_part(k, wanted, factor[k], body, after)
             ended = _move_part(k, step, of, body, ground, world, after, room)
             if ended == DRIVING and _stuck(after.stall[k], n):
                 ended = STUCK
             if ended != DRIVING or _outside(after.pose[k], ends.bounds[of]):
                 break
-        _end(k, ended, of, ends, after)
-
-
-@kernel()
-def place(
-    after: Rows, ends: Ends, body: BodyArrays, ground: GroundArrays, world: WorldArrays
-) -> None:
-    """Set each rover down where it is, in place: attitude, and whether it has ended already."""
-    room = _rooms()
-    for k in range(len(after.pose)):
-        of = world.of[k]
-        ended = _move_part(k, (0.0, 0.0, 0.0), of, body, ground, world, after, room)
         _end(k, ended, of, ends, after)

@@ -14,6 +14,7 @@ from ._bassil import (
     rectangle_scene,
     scenario_names,
 )
+from ._embodied import embodied
 from ._generated import GENERATORS, Hills, generate
 from ._ground import (
     FRAMES,
@@ -55,6 +56,7 @@ __all__ = [
     "bassil_scene",
     "check_end",
     "draw_rectangles",
+    "embodied",
     "equip",
     "fenced",
     "free_pairs",

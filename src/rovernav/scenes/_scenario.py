@@ -21,6 +21,7 @@ from ..rover import Rover, Standing, read_rover
 from ..sim import Shape, Worlds
 from ..terrain import Terrain, read_terrain, scatter_rocks, with_rocks
 from ._bassil import Scene
+from ._embodied import embodied
 from ._generated import Hills, generate
 from ._ground import GOAL_RADIUS, PATIENCE, Ground, among, equip, ground_scene, to_local
 
@@ -95,6 +96,11 @@ class Scenario(BaseModel):
             goes with a terrain or generated ground.
         rover: Preset, or rover file relative to the scenario file; the controller's usual one where
             not given.
+        body: Whether the rover is driven as a body that settles on the ground, slips and spends
+            energy, or as a point that keeps its radius from bad ground; goes with a terrain or
+            generated ground.
+        soil: Soil for slip and energy of a body; the rover's own where not given.
+        slip_spread: Share by which a body's slip may differ from the soil's usual one, by `seed`.
         controller: A controller's name, or a network file relative to the scenario file.
         time_limit_s: Longest drive [s]; five times the straight line where not given.
         seed: Seed of everything random.
@@ -113,6 +119,9 @@ class Scenario(BaseModel):
     frame: Literal["crs", "local", "pixel"] = "crs"
     rocks: Annotated[float, Field(strict=True)] | None = None
     rover: str | None = None
+    body: Annotated[bool, Field(strict=True)] = False
+    soil: str | None = None
+    slip_spread: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False, strict=True)] = 0.0
     controller: str = "bassil"
     time_limit_s: Annotated[float, Above0] | None = None
     seed: Annotated[int, Field(ge=0, lt=2**63, strict=True)] = 0
@@ -133,6 +142,20 @@ class Scenario(BaseModel):
         made = info.data.get("generate") is not None and info.field_name != "cell"
         if item not in (None, "crs", "local") and not made and not info.data.get("terrain", ...):
             raise ValueError("that goes with a terrain, and there is none")
+        return item
+
+    @field_validator("body")
+    @classmethod
+    def _body_on_ground(cls, item: Any, info: ValidationInfo) -> Any:
+        if item and (info.data.get("terrain", ...), info.data.get("generate", ...)) == (None, None):
+            raise ValueError("a body goes with a terrain or generated ground, and there is none")
+        return item
+
+    @field_validator("soil", "slip_spread")
+    @classmethod
+    def _of_a_body(cls, item: Any, info: ValidationInfo) -> Any:
+        if item and not info.data.get("body", True):
+            raise ValueError("that goes with a body; write body: true")
         return item
 
     @field_validator("generate")
@@ -225,15 +248,19 @@ def on_terrain(
     """
     if scenario.rocks is not None and where is None:
         terrain = strewn(terrain, scenario.rocks, seed=scenario.seed)
-    return ground_scene(
+    shapes = obstacles(scenario, terrain)
+    ground = ground_scene(
         terrain,
         rover,
         to_local(terrain, scenario.start, scenario.frame),
         to_local(terrain, scenario.goal, scenario.frame),
         time_limit=scenario.time_limit_s,
-        obstacles=obstacles(scenario, terrain),
+        obstacles=shapes,
         where=where,
     )
+    if not scenario.body:
+        return ground
+    return embodied(ground, obstacles=shapes, soil=scenario.soil, spread=scenario.slip_spread)
 
 
 def obstacles(scenario: Scenario, terrain: Terrain | None = None) -> list[Shape]:

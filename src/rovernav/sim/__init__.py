@@ -4,7 +4,7 @@ from ._body import Body
 from ._check import check_sensor
 from ._curves import CURVES, Curve
 from ._fan import RangeFan
-from ._metrics import clearance, path_length
+from ._metrics import clearance, path_length, tilt
 from ._motion import DifferentialDrive, TwoAxis
 from ._noise import InfraRed, NoisyFan, RangeNoise, Tilt, ranger
 from ._odometry import Drift, Odometry
@@ -49,4 +49,5 @@ __all__ = [
     "save_trace",
     "simulate",
     "tick",
+    "tilt",
 ]

@@ -7,7 +7,7 @@ from typing import Any, final
 
 import numpy as np
 
-from ..core import F64, Command, Mission, RoverState, SettingError
+from ..core import F64, Command, Mission, RoverState, SettingError, read_only
 from ..kernels import body as kernels
 from ..kernels import settle as st
 from ..kernels import traction
@@ -62,6 +62,7 @@ class Body:
         if parts is not None and not 1 <= parts <= 1000:
             raise SettingError(f"a step has 1 to 1000 parts, got {parts!r}")
         self.rover, self.period, self.spread = rover, float(period), float(spread)
+        self.soil: str | None = None
         self.parts = parts or _parts(rover, self.period)
         chassis = np.zeros(st.CHASSIS) if rover.chassis is None else rover.chassis_array()
         table = np.zeros((0, traction.COLUMNS))
@@ -69,6 +70,7 @@ class Body:
             table = drive_table(rover, soil, slip="expected" if slip == "none" else slip).copy()
             if slip == "none":
                 table[:, traction.FIRST :] = 0.0
+            self.soil = soil.name if isinstance(soil, Soil) else soil or rover.mobility.soil
         elif soil is not None:
             drive_table(rover, soil)
         numbers = _numbers(rover, self.period, self.parts, grid=grid)
@@ -94,10 +96,9 @@ class Body:
 
     def place(self, worlds: Worlds, mission: Mission, state: RoverState) -> RoverState:
         """The rovers set down where they are; those that cannot be there have ended."""
-        rows = _rows(state)
-        ground = self._ground(worlds)
-        kernels.place(rows, _ends(worlds, mission), self._arrays, ground, worlds.arrays())
-        return RoverState(**rows._asdict())
+        n = len(state.pose)
+        nothing = Command(twist=np.zeros((n, 3)))
+        return self._run(worlds, mission, state, nothing, np.ones((n, 2)), placing=True)
 
     def move(
         self, worlds: Worlds, mission: Mission, state: RoverState, command: Command, factor: F64
@@ -111,13 +112,7 @@ class Body:
             command: What is commanded.
             factor: From `start`.
         """
-        rows = _rows(state)
-        twist = np.ascontiguousarray(command.twist, dtype=np.float64)
-        kernels.move(
-            twist, factor, rows, _ends(worlds, mission), self._arrays, self._ground(worlds),
-            worlds.arrays(),
-        )  # fmt: skip
-        return RoverState(**rows._asdict())
+        return self._run(worlds, mission, state, command, factor)
 
     def step(self, state: RoverState, command: Command) -> RoverState:
         """The state one period later on level ground without obstacles or goals."""
@@ -126,6 +121,18 @@ class Body:
             start=state.pose, goal=np.zeros((n, 2)), goal_radius=0.0, time_limit=1e300
         )
         return self.move(Worlds.single(rovers=n), nowhere, state, command, np.ones((n, 2)))
+
+    def _run(
+        self, worlds: Worlds, mission: Mission, state: RoverState, command: Command,
+        factor: F64, *, placing: bool = False,
+    ) -> RoverState:  # fmt: skip
+        rows, ground = _rows(state), self._ground(worlds)
+        twist = read_only(np.ascontiguousarray(command.twist, dtype=np.float64))
+        kernels.move(
+            twist, read_only(factor), rows, _ends(worlds, mission), self._arrays, ground,
+            worlds.arrays(), placing,
+        )  # fmt: skip
+        return RoverState(**rows._asdict())
 
     def _ground(self, worlds: Worlds) -> GroundArrays:
         """The worlds' ground made ready; the last one is kept, told by identity."""

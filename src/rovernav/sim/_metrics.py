@@ -17,6 +17,12 @@ def path_length(path: F64) -> float:
     return float(np.sum(np.hypot(*np.diff(path, axis=0).T)))
 
 
+def tilt(attitude: F64) -> F64:
+    """Angle of the body against level [rad] from attitudes (..., 3): height, pitch, roll."""
+    level = np.cos(attitude[..., 1]) * np.cos(attitude[..., 2])
+    return np.arccos(np.clip(level, -1.0, 1.0))
+
+
 def clearance(path: F64, worlds: Worlds, k: int = 0) -> float:
     """Smallest distance of a path's SEGMENTS to anything rover k must not touch [m].
 

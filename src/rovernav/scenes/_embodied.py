@@ -1,0 +1,73 @@
+"""A scene on ground driven by a rover with a body instead of a point."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..core import U8, Frame
+from ..kernels.shapes import first_shape
+from ..rover import Soil
+from ..sim import Body, Grid, Shape, Shapes
+from ..sim import Ground as Heights
+from ._ground import Ground
+
+
+def embodied(
+    ground: Ground,
+    *,
+    obstacles: Sequence[Shape] = (),
+    soil: str | Soil | None = None,
+    spread: float = 0.0,
+) -> Ground:
+    """The same scene with a body: the rover settles on the ground, slips and spends energy.
+
+    Obstacles stand as they are instead of grown by the rover's radius, and its exact footprint
+    must not touch them. Where the rover should not stand, steep ground and what is near obstacles,
+    its sensors see as before, but only what the ground does to the body ends the drive.
+
+    Args:
+        ground: From `ground_scene`.
+        obstacles: Those that `ground` was made with.
+        soil: A soil or its name; the rover's own where not given.
+        spread: Share by which slip differs from rover to rover.
+
+    Raises:
+        SettingError: The rover has no wheels, or there is no such soil.
+    """
+    scene, terrain, rover = ground.scene, ground.terrain, ground.rover
+    rover.chassis_array()
+    seen = scene.worlds.grid
+    assert seen is not None
+    blocked = _burnt(seen.blocked, seen.frame, [each.grown(rover.radius) for each in obstacles])
+    worlds = replace(
+        scene.worlds,
+        grid=Grid(frame=seen.frame, blocked=blocked),
+        shapes=Shapes.packed([obstacles]) if obstacles else None,
+        ground=Heights(frame=terrain.frame, height=terrain.height, offset=terrain.offset),
+    )
+    body = Body(rover, period=scene.motion.period, soil=soil, spread=spread, grid=False)
+    note = "The rover has a body; sensors see where it should not stand."
+    return replace(ground, scene=replace(scene, worlds=worlds, motion=body, note=note))
+
+
+def _burnt(blocked: U8, frame: Frame, shapes: Sequence[Shape]) -> U8:
+    """The grid with the cells blocked whose middles lie in a shape."""
+    if not shapes:
+        return blocked
+    out, (h, w) = blocked.copy(), frame.shape
+    for shape in shapes:
+        corners = np.ascontiguousarray(shape.corners)
+        low = (corners.min(axis=0) - shape.radius) / frame.cell
+        high = (corners.max(axis=0) + shape.radius) / frame.cell
+        (j0, i0), (j1, i1) = (
+            np.clip(np.floor(at), 0, (w, h)).astype(int) for at in (low, high + 1)
+        )
+        for i in range(i0, i1):
+            for j in range(j0, j1):
+                x, y = frame.centre_of(i, j)
+                if first_shape(x, y, x, y, corners, float(shape.radius)) <= 1.0:
+                    out[i, j] = 1
+    return out
