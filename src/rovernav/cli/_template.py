@@ -37,6 +37,10 @@ frame: crs                   # crs: the terrain's own coordinates; local: metres
 # Who drives.
 rover: paper-point           # a rover file, my-rover.yaml, or one of the presets
                           # curiosity, jackal, mer, paper-point, perseverance, research, sojourner
+# body: true                 # drive a body that settles on the ground, slips and spends energy;
+                             # needs ground and a rover with wheels
+# soil: loose-sand           # soil under a body; the rover's own where not given
+# slip_spread: 0.3           # slip differs by up to this share from drive to drive, by seed
 controller: bassil           # bassil: the paper's network; neural: the shipped driver, for rovers
                              # with differential drive; goal-seeker; planner; or a network file
 

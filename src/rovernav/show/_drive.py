@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core import F64, ShapeError
 from ..rover import Standing
-from ..sim import Trace, Worlds
+from ..sim import Trace, Worlds, tilt
 from ..terrain import Terrain
 from ._canvas import INK, footer, heading, in_metres, picture
 from ._map import (
@@ -74,6 +74,8 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
             draw_boxes(axes, worlds)
             draw_shapes(axes, worlds, labelled=not len(worlds.boxes))
         line = _path(axes, trace, driven, sensed)
+        if trace.attitude is not None:
+            _worst_tilt(axes, trace.attitude[: len(driven), 0], driven)
         scale_bar(axes, window, ends)
         in_metres(axes)
         axes.set(xlim=window[::2], ylim=window[1::2], facecolor="#dddddd")
@@ -137,6 +139,16 @@ def _path(axes: Axes, trace: Trace, driven: F64, sensed: F64 | None) -> Any:
     return line
 
 
+def _worst_tilt(axes: Axes, attitude: F64, driven: F64) -> None:
+    """Mark where the body tilted most."""
+    angles = np.degrees(tilt(attitude))
+    worst = int(np.argmax(angles))
+    axes.plot(
+        *driven[worst], "^", color="#ffd24d", mec="black", mew=1.1, ms=10, zorder=8,
+        label=f"most tilted: {angles[worst]:.1f} deg",
+    )  # fmt: skip
+
+
 def _side(figure: Figure, terrain: Terrain, window: Window) -> None:
     """The whole map, small, with the window marked."""
     axes = figure.add_axes((_SIDE, 0.6, _WIDE, 0.3))
@@ -148,4 +160,8 @@ def _summary(trace: Trace) -> str:
     words = end_words(trace.ended())
     steps, metres = amount(int(trace.steps[0]), "step"), float(trace.length[0])
     seconds = float(trace.time[min(int(trace.steps[0]), len(trace.time) - 1), 0])
-    return f"{words} after {metres:,.1f} m, {seconds:,.0f} s and {steps}"
+    told = f"{words} after {metres:,.1f} m, {seconds:,.0f} s"
+    if trace.energy is None:
+        return f"{told} and {steps}"
+    last = min(int(trace.steps[0]), len(trace.energy) - 1)
+    return f"{told}, {steps} and {float(trace.energy[last, 0]) / 1000.0:,.1f} kJ"
