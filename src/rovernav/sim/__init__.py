@@ -16,8 +16,8 @@ from ._trace import Trace, TraceBuilder, load_trace, save_trace
 from ._world import Grid, Ground, Rocks, Worlds
 
 __all__ = [
-    "Body",
     "CURVES",
+    "Body",
     "ClearSight",
     "Curve",
     "DifferentialDrive",
@@ -47,8 +47,8 @@ __all__ = [
     "clearance",
     "load_trace",
     "path_length",
-    "replay",
     "ranger",
+    "replay",
     "save_trace",
     "simulate",
     "tick",
