@@ -5,20 +5,25 @@ from ._classical import GoalSeeker, SensedPlanner
 from ._codecs import BassilCodec, build_codec
 from ._headings import HeadingCodec
 from ._neural import NeuralController
+from ._replan import shy
+from ._routed import Followed, RouteFollower
 from ._why import Explains, Headings, Reading, ReadsOutputs, Why, explain
 
 __all__ = [
     "BassilCodec",
     "Explains",
+    "Followed",
     "GoalSeeker",
     "HeadingCodec",
     "Headings",
     "NeuralController",
     "Reading",
     "ReadsOutputs",
+    "RouteFollower",
     "SensedPlanner",
     "Why",
     "build_codec",
     "check_controller",
     "explain",
+    "shy",
 ]

@@ -40,6 +40,7 @@ from ._patterns import (
 )
 from ._progress import Listener, Progress, StopReason
 from ._recipe import Recipe, read_recipe, recipes
+from ._routes import PLANNED, routed
 from ._sweep import SweepListener, SweepProgress, SweepResult, sweep
 from ._sweep_block import train_members
 from ._sweep_scores import MemberScore, SettingScore
@@ -52,6 +53,7 @@ from ._worked import PRINTED, WorkedRow, WorkedStep, worked_steps
 __all__ = [
     "OPTIMIZERS",
     "ORDERS",
+    "PLANNED",
     "PRINTED",
     "RULES",
     "SCHEDULES",
@@ -98,6 +100,7 @@ __all__ = [
     "read_patterns",
     "read_recipe",
     "recipes",
+    "routed",
     "rover_of",
     "save_training",
     "seeded_network",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -21,6 +21,7 @@ class LocalMap:
         pose: Where each rover thinks it is (n, 3) [m, m, rad].
         goal: Where it wants to go (n, 2) [m].
         cell: Side of a cell [m].
+        ground: The heights that it was made from, an `Elevation`; None without heights.
     """
 
     cells: U8
@@ -28,6 +29,21 @@ class LocalMap:
     pose: F64
     goal: F64
     cell: float
+    ground: Any = None
+
+    def asked(self, rays: int) -> dict[str, F64]:
+        """How far it is free all round.
+
+        Returns:
+            ``around``: free distance (n, rays) [m], ray 0 towards the goal, the others following to
+            the left; ``reach`` (n, 1), the longest such distance [m].
+        """
+        out = np.empty((len(self.pose), rays))
+        kernels.around(
+            self.cells, self.centre, self.pose, bearing(self.pose, self.goal), self.cell, out
+        )
+        extent = self.cell * (self.cells.shape[1] // 2 - 1)
+        return {"around": out, "reach": np.full((len(self.pose), 1), extent)}
 
 
 @final
@@ -90,11 +106,8 @@ class LocalMapper:
             cells, centre, pose, self.angles, channels["beams"], self.reach, self.cell,
             4.0 * self.cell,
         )  # fmt: skip
-        out = np.empty((len(pose), self.rays))
-        kernels.around(cells, centre, pose, bearing(pose, goal), self.cell, out)
-        reach = np.full((len(pose), 1), self.extent)
         now = LocalMap(cells=cells, centre=centre, pose=pose, goal=goal, cell=self.cell)
-        return {"around": out, "reach": reach}, now
+        return {**now.asked(self.rays), "reach": np.full((len(pose), 1), self.extent)}, now
 
 
 def bearing(pose: F64, goal: F64) -> F64:

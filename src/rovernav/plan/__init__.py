@@ -10,6 +10,7 @@ from ._going import OBJECTIVES, Going, going
 from ._movingai import Scenarios, read_map, read_scenarios, solve_scenarios
 from ._profile import Profile, profile, waypoints, why_here
 from ._route import Route, Way
+from ._route_file import read_route
 from ._shortest import shortest
 from ._survey import Survey, survey
 from ._trip import ORDERS, Far, Trip, cost_matrix, held_karp, travel
@@ -39,6 +40,7 @@ __all__ = [
     "held_karp",
     "profile",
     "read_map",
+    "read_route",
     "read_scenarios",
     "read_zones",
     "shortest",

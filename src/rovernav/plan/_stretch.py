@@ -145,9 +145,7 @@ class Failed(Exception):
         self.window = window
 
 
-def stretch(
-    errand: Errand, along: F64, *, exactly: bool, driven: bool = False
-) -> tuple[F64, Look]:
+def stretch(errand: Errand, along: F64, *, exactly: bool, driven: bool = False) -> tuple[F64, Look]:
     """The cheapest way between the ends of a line, in a window around it that widens as needed.
 
     Args:

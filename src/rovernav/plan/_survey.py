@@ -277,5 +277,3 @@ def _joined(raster: Raster, k: int, found: list[_Band]) -> Survey:
         east=np.concatenate([band.east for band in found]), north=np.concatenate(north),
         free=float(free.sum() / every.sum()),
     )  # fmt: skip
-
-

@@ -102,7 +102,7 @@ def _area(path: Path, frame: Frame) -> Any:
     """All polygons of a file joined, in local metres."""
     import shapely
 
-    data = _load(path)
+    data = load_geojson(path)
     polygons = [shapely.force_2d(polygon) for polygon in _polygons(path, data)]
     if not polygons:
         raise FileError(f"{path} holds no polygon; zones are Polygon or MultiPolygon features")
@@ -115,7 +115,7 @@ def _area(path: Path, frame: Frame) -> Any:
         if polygon.is_empty:
             raise InputError(f"{path}: zone {number + 1} is empty; leave it out")
     joined = shapely.unary_union(polygons)
-    local = shapely.transform(joined, _to_local(path, data, frame, joined.bounds))
+    local = shapely.transform(joined, local_metres(path, data, frame, joined.bounds))
     if not (local.is_valid and np.isfinite(local.bounds).all()):
         raise InputError(
             f"{path}: its coordinates have no place in the map's coordinate system; check its crs"
@@ -130,10 +130,15 @@ def _area(path: Path, frame: Frame) -> Any:
     return local
 
 
-def _load(path: Path) -> dict[str, Any]:
+def load_geojson(path: Path) -> dict[str, Any]:
+    """The outermost object of a GeoJSON file.
+
+    Raises:
+        FileError: Missing, too large, or no GeoJSON.
+    """
     try:
         if path.stat().st_size > LARGEST:
-            raise FileError(f"{path} is larger than {LARGEST // 1_000_000} MB; simplify the zones")
+            raise FileError(f"{path} is larger than {LARGEST // 1_000_000} MB; simplify it")
         data = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise FileError(f"there is no file {path}") from None
@@ -174,8 +179,12 @@ def _polygons(path: Path, data: Any, depth: int = 0) -> Iterator[Any]:
         raise FileError(f"{path} holds a {kind}; zones are Polygon or MultiPolygon features")
 
 
-def _to_local(path: Path, data: dict[str, Any], frame: Frame, bounds: Any) -> Any:
-    """A function from the file's coordinates (n, 2) to local metres."""
+def local_metres(path: Path, data: dict[str, Any], frame: Frame, bounds: Any) -> Any:
+    """A function from the file's coordinates (n, 2) to local metres.
+
+    Raises:
+        InputError: Coordinates that are no longitude and latitude, or an unknown coordinate system.
+    """
     named = _named_crs(data)
     if frame.crs is None or (named is not None and named == frame.crs):
         return lambda xy: np.column_stack(frame.to_local(*xy.T))

@@ -8,6 +8,7 @@ from ._metrics import clearance, path_length, tilt
 from ._motion import DifferentialDrive, TwoAxis
 from ._noise import InfraRed, NoisyFan, RangeNoise, Tilt, ranger
 from ._odometry import Drift, Odometry
+from ._patch import HoleSensor, Patch
 from ._sensors import ClearSight, OffLine
 from ._shapes import Shape, Shapes
 from ._simulate import Drive, DriveState, begin, replay, simulate, tick
@@ -15,8 +16,8 @@ from ._trace import Trace, TraceBuilder, load_trace, save_trace
 from ._world import Grid, Ground, Rocks, Worlds
 
 __all__ = [
-    "Body",
     "CURVES",
+    "Body",
     "ClearSight",
     "Curve",
     "DifferentialDrive",
@@ -25,10 +26,12 @@ __all__ = [
     "DriveState",
     "Grid",
     "Ground",
+    "HoleSensor",
     "InfraRed",
     "NoisyFan",
     "Odometry",
     "OffLine",
+    "Patch",
     "RangeFan",
     "RangeNoise",
     "Rocks",
@@ -44,8 +47,8 @@ __all__ = [
     "clearance",
     "load_trace",
     "path_length",
-    "replay",
     "ranger",
+    "replay",
     "save_trace",
     "simulate",
     "tick",

@@ -1,0 +1,274 @@
+"""The map of heights and hazards that a rover makes of what it sees, and of nothing else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from ..core import F32, F64, U8, Frame, Mission, SettingError, value
+from ..kernels import elevation as kernels
+from ..kernels import fan
+from ..rover import Rover
+from ._local import LocalMap
+
+
+@value
+class Elevation:
+    """The ground around n rovers, as they know it. Cells lie as those of `LocalMap` do.
+
+    Attributes:
+        height: Height over the ground at the start (n, s, s), float32 [m]; NaN where unknown.
+        variance: Its variance (n, s, s), float32 [m^2]; NaN where unknown.
+        slope: Slope over the rover's footing (n, s, s), float32 [rad]; NaN where unknown.
+        step: Highest ledge (n, s, s), float32 [m]; NaN where unknown.
+        reason: A `rover.Reason` for each cell (n, s, s), uint8; `NO_DATA` where it is unknown.
+        marks: 1 where a range beam met something (n, s, s), uint8.
+        unsure: Variances of place and height of each rover as last told (n, 2) [m^2].
+    """
+
+    height: F32
+    variance: F32
+    slope: F32
+    step: F32
+    reason: U8
+    marks: U8
+    unsure: F64
+
+
+class View(NamedTuple):
+    """The map of one rover as plain grids, south edge first.
+
+    Attributes:
+        frame: Where they lie; the local point (0, 0) of the frame is its `origin` in the rover's
+            own metres.
+        height: (s, s) [m].
+        variance: (s, s) [m^2].
+        slope: (s, s) [rad].
+        step: (s, s) [m].
+        reason: (s, s).
+        blocked: 1 where its middle must not be (s, s).
+    """
+
+    frame: Frame
+    height: F32
+    variance: F32
+    slope: F32
+    step: F32
+    reason: U8
+    blocked: U8
+
+
+class Look(NamedTuple):
+    """What a mapper needs to know about the eyes; a `sim.Patch` has it all.
+
+    Attributes:
+        places: Forward, left of the patch's places (m, 2) [m].
+        far: Farthest of them [m].
+        mast: Height of the eyes [m].
+        noise: Of heights, for each square metre of distance squared [1/m].
+    """
+
+    places: F64
+    far: float
+    mast: float
+    noise: float
+
+
+@final
+class ElevationMapper:
+    """Makes a map of heights from patches, and judges it by the rover's limits.
+
+    Height and variance in each cell as by Kalman; what is not seen again grows less sure as the
+    rover's estimate of its pose does. Ground that was never seen counts as free for going there,
+    but is marked as unknown. What range beams met is kept too, if the rover has a fan.
+
+    The map is a `LocalMap` whose `ground` is an `Elevation`: drivers that know the one can use the
+    other. A rover without a fan gets one that looks at its map: the channel ``beams``.
+
+    Args:
+        rover: Whose limits judge the ground.
+        look: The eyes: a `sim.Patch`, or a `Look`.
+        fan: A range fan with `angles` and `reach`, or None.
+        side: Cells along the map's side, a power of two.
+        cell: Side of a cell [m]; such that the map reaches twice as far as the eyes where not
+            given.
+        rays: Directions in which the map is asked.
+        sure: Standard deviations by which a ledge must be higher than the rover's limit.
+        closed: Whether unknown ground is blocked.
+    """
+
+    def __init__(  # noqa: PLR0913 - settings by keyword
+        self,
+        rover: Rover,
+        look: Any,
+        *,
+        fan: Any = None,
+        side: int = 128,
+        cell: float | None = None,
+        rays: int = 64,
+        sure: float = 1.0,
+        closed: bool = False,
+    ) -> None:
+        if side < 8 or side & (side - 1):
+            raise SettingError(
+                f"an elevation map needs a side of 8, 16, 32, ... cells, got {side!r}"
+            )
+        self.cell = float(cell) if cell is not None else 2.0 * look.far / (side // 2 - 1)
+        if not (math.isfinite(self.cell) and self.cell > 0):
+            raise SettingError(f"a map's cell must be above 0 m, got {cell!r}")
+        self.side, self.rays, self.closed = int(side), int(rays), bool(closed)
+        self.look = Look(look.places, float(look.far), float(look.mast), float(look.noise))
+        self.fan = fan
+        self.extent = self.cell * (side // 2 - 1)
+        self._fusion = kernels.Fusion(self.cell, self.look.mast, self.look.noise, LEAST**2)
+        half = max(1, round(0.5 * rover.footing / self.cell))
+        self._limits = kernels.Limits(
+            cell=self.cell,
+            half=half,
+            wheel=max(1, round(2.0 * rover.wheel_radius / self.cell)),
+            slope=math.tan(rover.max_slope),
+            step=rover.max_step,
+            radius=rover.radius / self.cell,
+            sure=float(sure),
+            around=min(side // 2, math.ceil(self.look.far / self.cell) + half + 1),
+        )
+
+    def start(self, mission: Mission) -> LocalMap:
+        """Nothing is known."""
+        n, s = len(mission.start), self.side
+        nan = np.full((n, s, s), np.nan, np.float32)
+        ground = Elevation(
+            height=nan, variance=nan, slope=nan, step=nan,
+            reason=np.full((n, s, s), kernels.UNKNOWN, np.uint8),
+            marks=np.zeros((n, s, s), np.uint8), unsure=np.zeros((n, 2)),
+        )  # fmt: skip
+        at = np.floor(mission.start[:, [1, 0]] / self.cell).astype(np.int64)
+        return LocalMap(
+            cells=ground.marks, centre=at, pose=mission.start, goal=mission.goal, cell=self.cell,
+            ground=ground,
+        )  # fmt: skip
+
+    def update(
+        self, memory: LocalMap, pose: F64, goal: F64, channels: Mapping[str, F64]
+    ) -> tuple[dict[str, F64], LocalMap]:
+        """Take in a patch, judge the map, ask it.
+
+        Args:
+            memory: The map so far.
+            pose: Where the rovers think they are (n, 3).
+            goal: Goals (n, 2) [m].
+            channels: Must hold ``patch``; ``estimate``, if it is there, says how sure the pose is
+                and how high the rover is: otherwise the patch is laid where it fits best.
+
+        Returns:
+            ``around``, ``reach`` as `LocalMapper`; ``beams`` (n, 49) for a rover without a fan:
+            free distance over 180 deg ahead; and the map.
+        """
+        was = memory.ground
+        if not isinstance(was, Elevation):
+            raise SettingError("an elevation map goes on from one of its own, not from another map")
+        layers = [
+            getattr(was, name).copy()
+            for name in ("height", "variance", "slope", "step", "reason", "marks")
+        ]
+        centre = memory.centre.copy()
+        self._roll(layers, centre, pose)
+        unsure = self._take_in(layers, centre, pose, channels, was.unsure)
+        cells = self._judge(layers, centre, pose, channels)
+        height, variance, slope, step, reason, marks = layers
+        ground = Elevation(
+            height=height, variance=variance, slope=slope, step=step, reason=reason, marks=marks,
+            unsure=unsure,
+        )  # fmt: skip
+        now = LocalMap(
+            cells=cells, centre=centre, pose=pose, goal=goal, cell=self.cell, ground=ground
+        )
+        return self._ask(now, channels), now
+
+    def _roll(self, layers: list[Any], centre: Any, pose: F64) -> None:
+        for layer, fill in zip(layers[:5], (np.nan,) * 4 + (kernels.UNKNOWN,), strict=True):
+            kernels.forget(layer, centre, pose, self.cell, fill)
+        fan.roll(layers[5], centre, pose, self.cell)
+
+    def _take_in(
+        self, layers: list[Any], centre: Any, pose: F64, channels: Mapping[str, F64], unsure: F64
+    ) -> F64:
+        """Heights and variances after this patch; returns how unsure the rovers are now."""
+        height, variance, slope = layers[:3]
+        patch, places, f = channels["patch"], self.look.places, self._fusion
+        z, estimate = np.empty(len(pose)), channels.get("estimate")
+        if estimate is None:
+            kernels.level(height, variance, centre, pose, places, patch, f, z)
+        else:
+            z[:] = estimate[:, 3]
+            now = estimate[:, [4, 6]]
+            grown = np.maximum(now - unsure, 0.0)
+            kernels.inflate(variance, slope, grown[:, 1].copy(), grown[:, 0].copy())
+            unsure = now
+        kernels.fuse(height, variance, centre, pose, z, places, patch, f)
+        return unsure
+
+    def _judge(self, layers: list[Any], centre: Any, pose: F64, channels: Mapping[str, F64]) -> U8:
+        height, variance, slope, step, reason, marks = layers
+        kernels.judge(height, variance, centre, self._limits, slope, step, reason)
+        if self.fan is not None:
+            fan.mark(
+                marks, centre, pose, self.fan.angles, channels["beams"], self.fan.reach, self.cell,
+                4.0 * self.cell,
+            )  # fmt: skip
+        cells = np.empty_like(marks)
+        kernels.grow(reason, marks, centre, self._limits.radius, self.closed, cells)
+        return cells
+
+    def _ask(self, now: LocalMap, channels: Mapping[str, F64]) -> dict[str, F64]:
+        out = now.asked(self.rays)
+        if "beams" not in channels:
+            whole = np.empty((len(now.pose), 2 * (BEAMS - 1)))
+            ahead = np.ascontiguousarray(now.pose[:, 2])
+            fan.around(now.cells, now.centre, now.pose, ahead, self.cell, whole)
+            side = BEAMS // 2
+            out["beams"] = np.concatenate([whole[:, -side:], whole[:, : side + 1]], axis=1)
+        return out
+
+
+LEAST = 0.01
+"""Standard deviation of the best height: ground is not level within a cell [m]."""
+BEAMS = 49
+"""Beams of the fan that looks at the map."""
+
+
+def view(local: LocalMap, k: int = 0) -> View:
+    """The elevation map of rover k as plain grids.
+
+    Raises:
+        SettingError: The map has no heights.
+    """
+    ground = local.ground
+    if not isinstance(ground, Elevation):
+        raise SettingError("this map has no heights; give the rover an ElevationMapper")
+    s = local.cells.shape[1]
+    low = local.centre[k] - s // 2
+    rows, columns = np.arange(low[0], low[0] + s) & (s - 1), np.arange(low[1], low[1] + s) & (s - 1)
+
+    def flat(layer: Any) -> Any:
+        return layer[k][np.ix_(rows, columns)]
+
+    origin = (float(low[1]) * local.cell, float(low[0]) * local.cell)
+    return View(
+        frame=Frame(cell=local.cell, shape=(s, s), origin=origin),
+        height=flat(ground.height),
+        variance=flat(ground.variance),
+        slope=flat(ground.slope),
+        step=flat(ground.step),
+        reason=flat(ground.reason),
+        blocked=flat(local.cells),
+    )
+
+
+def aimed(local: LocalMap, goal: F64) -> LocalMap:
+    """The same map with other goals (n, 2) [m]."""
+    return replace(local, goal=goal)

@@ -1,0 +1,106 @@
+"""Seeing, fusing and judging ground in plain Python: cells in dictionaries, no rolling."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+
+Cell = tuple[int, int]
+
+
+def ground_at(z: np.ndarray, cell: float, x: float, y: float) -> float:
+    """Bilinear between posts, level within half a cell of the edge, NaN beyond."""
+    h, w = z.shape
+    u, v = x / cell - 0.5, y / cell - 0.5
+    if not (-0.5 <= u <= w - 0.5 and -0.5 <= v <= h - 0.5):
+        return math.nan
+    u, v = min(max(u, 0.0), w - 1.0), min(max(v, 0.0), h - 1.0)
+    j, i = min(int(u), w - 2), min(int(v), h - 2)
+    u, v = u - j, v - i
+    near = [(1 - v) * (1 - u), (1 - v) * u, v * (1 - u), v * u]
+    posts = [z[i, j], z[i, j + 1], z[i + 1, j], z[i + 1, j + 1]]
+    return sum(a * float(b) for a, b in zip(near, posts, strict=True) if a)
+
+
+def hidden(z: np.ndarray, cell: float, eye: Any, target: Any, slack: float) -> float:
+    """How far the ground rises over the line from an eye to a target, by many samples [m].
+
+    Samples nearer to the target than `slack` do not count.
+    """
+    length = math.dist(eye, target)
+    worst = -math.inf
+    for n in range(1, 2000):
+        t = n / 2000
+        if (1 - t) * length <= slack:
+            break
+        x, y, up = (a + t * (b - a) for a, b in zip(eye, target, strict=True))
+        ground = ground_at(z, cell, x, y)
+        worst = max(worst, ground - up if ground == ground else -math.inf)
+    return worst
+
+
+def cell_at(pose: Any, place: Any, c: float) -> Cell:
+    turn = complex(math.cos(pose[2]), math.sin(pose[2])) * complex(*place)
+    return math.floor((pose[1] + turn.imag) / c), math.floor((pose[0] + turn.real) / c)
+
+
+def inside(cell: Cell, centre: Cell, s: int) -> bool:
+    return all(-s // 2 <= a - b < s // 2 for a, b in zip(cell, centre, strict=True))
+
+
+def variance_of(f: Any, place: Any, up: float) -> float:
+    rr = place[0] ** 2 + place[1] ** 2 + (f.mast - up) ** 2
+    return f.least + (f.noise * rr) ** 2
+
+
+def fused(
+    known: dict[Cell, tuple[float, float]], pose: Any, z: float, places: Any, patch: Any, f: Any
+) -> None:
+    """Take a patch into {cell: (height, variance)}; float32 as the map is."""
+    for place, up in zip(places, patch, strict=True):
+        if math.isnan(up):
+            continue
+        at, v, new = cell_at(pose, place, f.cell), variance_of(f, place, up), z + up
+        if at not in known:
+            got = (new, v)
+        else:
+            h, w = known[at]
+            if abs(new - h) <= 3.0 * math.sqrt(w + v):
+                got = ((h / w + new / v) / (1 / w + 1 / v), 1 / (1 / w + 1 / v))
+            else:
+                got = (new, v) if new > h else (h, w + v)
+        known[at] = (float(np.float32(got[0])), float(np.float32(got[1])))
+
+
+def slope_at(known: dict[Cell, tuple[float, float]], at: Cell, p: Any) -> float:
+    """Slope [rad] of the plane through the known cells around, by least squares; NaN: too few."""
+    span = range(-p.half, p.half + 1)
+    rows = [
+        (j * p.cell, i * p.cell, 1.0, known[at[0] + i, at[1] + j][0])
+        for i, j in itertools.product(span, span)
+        if (at[0] + i, at[1] + j) in known
+    ]
+    if len(rows) < 0.6 * len(span) ** 2:
+        return math.nan
+    table = np.array(rows)
+    fit, _, rank, _ = np.linalg.lstsq(table[:, :3], table[:, 3], rcond=None)
+    return math.atan(math.hypot(fit[0], fit[1])) if rank == 3 else math.nan
+
+
+def ledge_at(known: dict[Cell, tuple[float, float]], at: Cell, p: Any) -> float:
+    if at not in known:
+        return math.nan
+    most, (z, w) = 0.0, known[at]
+    span = range(-p.wheel, p.wheel + 1)
+    for i, j in itertools.product(span, span):
+        other = known.get((at[0] + i, at[1] + j))
+        far = math.hypot(i, j)
+        if other is None or not 0 < far <= p.wheel:
+            continue
+        rise = abs(other[0] - z)
+        if rise > p.slope * p.cell * far:
+            most = max(most, rise - p.sure * math.sqrt(w + other[1]))
+    return most
