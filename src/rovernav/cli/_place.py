@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ..scenes import Ground, Scenario, Scene
-    from ..terrain import Terrain
+    from ..terrain import Raster, Terrain
 
 GROUND = ("terrain", "cell", "from", "to", "frame", "rocks", "body", "soil")
 """Options that say where to drive; a scenario says it itself."""
@@ -115,7 +115,7 @@ def _point(option: str, text: str) -> tuple[float, float]:
     return x, y
 
 
-def to_point(terrain: Terrain, options: Mapping[str, Any], end: str) -> tuple[float, float]:
+def to_point(ground: Terrain | Raster, options: Mapping[str, Any], end: str) -> tuple[float, float]:
     """The local point [m] that --from or --to names on a terrain, in the frame of --frame.
 
     Raises:
@@ -127,4 +127,4 @@ def to_point(terrain: Terrain, options: Mapping[str, Any], end: str) -> tuple[fl
     frame = options["frame"] or FRAMES[0]
     if frame not in FRAMES:
         raise SettingError(f"--frame has no {frame!r}; {suggest(frame, FRAMES)}")
-    return to_local(terrain, _point(f"--{end}", options[end]), frame)
+    return to_local(ground, _point(f"--{end}", options[end]), frame)

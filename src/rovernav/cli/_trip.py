@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,8 +13,15 @@ from ._files import claim_folder, keep_apart
 from ._place import to_point
 
 if TYPE_CHECKING:
-    from ..plan import Trip
-    from ..terrain import Terrain
+    from ..core import Frame
+    from ..plan import Trip, Zones
+    from ..rover import Rover
+    from ..terrain import Raster, Terrain
+
+Tick = Callable[[float, str], None]
+
+WHOLE = 20_000_000
+"""A model with more cells is planned on in blocks first; all at once it would take a gigabyte."""
 
 FILES = ("route.png", "route.csv", "route.geojson", "profile.png", "profile.csv")
 
@@ -70,38 +77,88 @@ class Asked(NamedTuple):
 
 def plan_trip(path: Path, asked: Asked, out: Path, *, pictures: bool = True) -> dict[str, Any]:
     """Plan over an elevation model, write the files, and say how it went."""
-    from ..plan import going, read_zones, travel, why_here, within_zones
-    from ..rover import hazards, read_rover
-    from ..terrain import read_terrain
+    from ..rover import read_rover
+    from ..terrain import open_raster
 
     options = asked.options
     files = [out / name for name in FILES if pictures or not name.endswith(".png")]
     read = [path, options["rover"], options["avoid"], options["keep-in"], options["soil"]]
     keep_apart({f"--out ({file.name})": file for file in files}, read)
-    with progress_bar("planning"):
+    with progress_bar("planning") as tick:
         who = read_rover("research" if options["rover"] is None else options["rover"])
-        terrain = read_terrain(path, cell=options["cell"])
-        stops = _stops(terrain, options)
-        claim_folder(out)
-        judged = hazards(terrain, who, soil=options["soil"])
-        ground = going(judged, who, objective=asked.objective)
-        if options["avoid"] is not None or options["keep-in"] is not None:
-            zones = read_zones(
-                terrain.frame, avoid=options["avoid"], keep_in=options["keep-in"],
-                margin=asked.margin,
-            )  # fmt: skip
-            ground = within_zones(ground, zones)
-        trip = travel(ground, stops, order=asked.order, neighbours=options["neighbours"] or 16)
-        place = None if options["why"] is None else to_point(terrain, options, "why")
+        raster = open_raster(path, cell=options["cell"])
+        large = raster.frame.shape[0] * raster.frame.shape[1] > WHOLE
+        plan = _plan_far if large else _plan_whole
+        trip, terrain, why = plan(raster, who, asked, lambda: claim_folder(out), tick)
         files = _write(files, trip, terrain)
-    why = why_here(ground, trip.points, place) if place is not None and trip.found else None
     return {**_told(trip, terrain), "why": why, "files": files}
 
 
-def _stops(terrain: Terrain, options: Mapping[str, Any]) -> list[tuple[float, float]]:
-    start, goal = (to_point(terrain, options, end) for end in ("from", "to"))
-    via = [to_point(terrain, {**options, "via": text}, "via") for text in options["via"] or []]
+def _plan_whole(
+    raster: Raster, who: Rover, asked: Asked, ready: Callable[[], object], _tick: Tick
+) -> tuple[Trip, Terrain, dict[str, Any] | None]:
+    """Over all cells at once."""
+    from ..plan import going, travel, why_here, within_zones
+    from ..rover import hazards
+    from ..terrain import read_part
+
+    options = asked.options
+    terrain = read_part(raster, None, 1)
+    stops, place = _stops(terrain, options), _place(terrain, options)
+    ready()
+    ground = going(hazards(terrain, who, soil=options["soil"]), who, objective=asked.objective)
+    zones = _zones(terrain.frame, asked)
+    if zones is not None:
+        ground = within_zones(ground, zones)
+    trip = travel(ground, stops, order=asked.order, neighbours=options["neighbours"] or 16)
+    why = why_here(ground, trip.points, place) if place is not None and trip.found else None
+    return trip, terrain, why
+
+
+def _plan_far(
+    raster: Raster, who: Rover, asked: Asked, ready: Callable[[], object], tick: Tick
+) -> tuple[Trip, Terrain, dict[str, Any] | None]:
+    """Over blocks, and over the cells on the way; in memory that does not grow with the file."""
+    from ..core import FileError, InputError, SettingError
+    from ..plan import Errand, travel_far, why_far
+
+    options = asked.options
+    stops, place = _stops(raster, options), _place(raster, options)
+    zones = _zones(raster.frame, asked)
+    ready()
+    errand = Errand(
+        raster, who, asked.objective, options["soil"], zones, options["neighbours"] or 16
+    )
+    try:
+        trip = travel_far(errand, stops, order=asked.order, on_progress=tick)
+        why = why_far(errand, trip.points, place) if place is not None and trip.found else None
+    except (FileError, SettingError):
+        raise
+    except InputError as error:
+        text = str(error)
+        named = text if raster.path.name in text else f"{raster.source}: {text}"
+        raise FileError(named) from None
+    assert trip.far is not None
+    return trip, trip.far.terrain, why
+
+
+def _zones(frame: Frame, asked: Asked) -> Zones | None:
+    from ..plan import read_zones
+
+    avoid, keep_in = asked.options["avoid"], asked.options["keep-in"]
+    if avoid is None and keep_in is None:
+        return None
+    return read_zones(frame, avoid=avoid, keep_in=keep_in, margin=asked.margin)
+
+
+def _stops(ground: Terrain | Raster, options: Mapping[str, Any]) -> list[tuple[float, float]]:
+    start, goal = (to_point(ground, options, end) for end in ("from", "to"))
+    via = [to_point(ground, {**options, "via": text}, "via") for text in options["via"] or []]
     return [start, *via, goal]
+
+
+def _place(ground: Terrain | Raster, options: Mapping[str, Any]) -> tuple[float, float] | None:
+    return None if options["why"] is None else to_point(ground, options, "why")
 
 
 def _told(trip: Trip, terrain: Terrain) -> dict[str, Any]:
@@ -134,7 +191,8 @@ def _told(trip: Trip, terrain: Terrain) -> dict[str, Any]:
         "nearest": near,
         "nearest_map": terrain.frame.to_map(*near) if near is not None else None,
         "nearest_off_m": _off(trip),
-        "forbidden_share": float(ground.blocked.mean()),
+        "forbidden_share": trip.forbidden,
+        "block": None if trip.far is None else trip.far.block,
     }
 
 
@@ -169,16 +227,15 @@ def _barrier(barrier: Any, terrain: Terrain) -> dict[str, Any]:
 def _write(files: list[Path], trip: Trip, terrain: Terrain) -> list[Path]:
     """Write the files that are wanted; where there is no way, those of the profile are left out."""
     from ..export import write_profile_csv, write_route_csv, write_trip_geojson
-    from ..plan import profile
 
     ground = trip.ground
     lone = len(trip.points) < 2
-    told = None if lone else profile(ground, trip.points, terrain)
+    told = None if lone else trip.profile(terrain)
     files = [path for path in files if told is not None or not path.name.startswith("profile")]
     for path in files:
         match path.name:
             case "route.csv":
-                write_route_csv(trip.route, path, terrain=terrain)
+                write_route_csv(trip.route, path, terrain=terrain, heights=trip.heights)
             case "route.geojson":
                 write_trip_geojson(trip, path, terrain=terrain)
             case "route.png":

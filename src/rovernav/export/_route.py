@@ -8,13 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core import write_text
+from ..core import F64, write_text
 from ..plan import Profile, Route, Trip
 from ..terrain import Terrain
 from ._path import LOCAL, feature, write_features
 
 
-def write_route_csv(route: Route, path: Path, *, terrain: Terrain | None = None) -> None:
+def write_route_csv(
+    route: Route, path: Path, *, terrain: Terrain | None = None, heights: F64 | None = None
+) -> None:
     """Write one line per point of a route; only the header where there is no way.
 
     Columns: distance_m along the route, x_m, y_m in the local frame; with a terrain also map_x,
@@ -24,6 +26,7 @@ def write_route_csv(route: Route, path: Path, *, terrain: Terrain | None = None)
         route: The route.
         path: Where to write.
         terrain: The ground, if any.
+        heights: Elevation of the points (k,) [m], where it is not the terrain's.
 
     Raises:
         FileError: The file cannot be written there.
@@ -33,7 +36,8 @@ def write_route_csv(route: Route, path: Path, *, terrain: Terrain | None = None)
     header, columns = ["distance_m", "x_m", "y_m"], [along, x, y]
     if terrain is not None:
         header += ["map_x", "map_y", "elevation_m"]
-        columns += [*terrain.frame.to_map(x, y), terrain.elevation_at(x, y)]
+        above = terrain.elevation_at(x, y) if heights is None else heights
+        columns += [*terrain.frame.to_map(x, y), above]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(header)

@@ -4,7 +4,7 @@ from ._any_angle import any_angle
 from ._barriers import Barrier, barriers
 from ._costs import CostMap
 from ._directed import directed
-from ._far import travel_far
+from ._far import travel_far, why_far
 from ._field import Field, cost_to_go, travel_time
 from ._going import OBJECTIVES, Going, going
 from ._movingai import Scenarios, read_map, read_scenarios, solve_scenarios
@@ -12,6 +12,7 @@ from ._profile import Profile, profile, waypoints, why_here
 from ._route import Route, Way
 from ._route_file import read_route
 from ._shortest import shortest
+from ._stretch import Errand
 from ._survey import Survey, survey
 from ._trip import ORDERS, Far, Trip, cost_matrix, held_karp, travel
 from ._zones import Zones, read_zones, within_zones
@@ -21,6 +22,7 @@ __all__ = [
     "ORDERS",
     "Barrier",
     "CostMap",
+    "Errand",
     "Far",
     "Field",
     "Going",
@@ -50,6 +52,7 @@ __all__ = [
     "travel_far",
     "travel_time",
     "waypoints",
+    "why_far",
     "why_here",
     "within_zones",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -11,40 +12,39 @@ from typing import Any
 import numpy as np
 
 from ..core import F64, InputError, SettingError, suggest
-from ..rover import Rover
-from ..terrain import Raster
 from ._any_angle import any_angle
-from ._directed import USUAL, stencil
+from ._directed import stencil
 from ._ends import Point, check_point, enclosed, judge_ends, nearest_free
 from ._going import OBJECTIVES, Going, going
-from ._profile import Profile, cut
+from ._lines import Guess, Walk
+from ._profile import Profile, cut, nearest_on, why_here
 from ._route import Route, Way, no_route
 from ._stretch import MARGIN, Errand, Failed, Look, Piece, at, lengths, stretch, window_over
 from ._survey import Progress, Survey, silent, survey
 from ._trip import MOST_VIA, ORDERS, Far, Trip, held_karp
-from ._zones import Zones
 
 STRETCH = 1024.0
 """Length of a stretch [cells]."""
 ROUNDS = 24
-"""How often blocks that proved not to be passed are taken out and the way is sought anew."""
-WORTH = 0.02
-"""A way over blocks that meet without joining is tried if it is shorter by more than this."""
+"""Lines over blocks that are tried at most."""
+WORTH = 0.01
+"""Another line over blocks is tried if it promises a way that is shorter by more than this."""
+NEAR = 2.5
+"""A stretch may end so many blocks beside the line."""
+PATIENCE = 3
+"""Lines that may in turn lead to nothing better once a way is found."""
+GAIN = 2e-3
+"""Stretches are shifted and planned anew while that gains this share."""
 STATIONS = 4000
 """Stations of the whole profile at most."""
 THREADS = 2
 
 
 def travel_far(
-    raster: Raster,
-    rover: Rover,
+    errand: Errand,
     stops: Sequence[Any],
     *,
-    objective: str = "distance",
-    soil: Any = None,
-    zones: Zones | None = None,
     order: str = "given",
-    neighbours: int = USUAL,
     block: int | None = None,
     stretch: float = STRETCH,
     on_progress: Progress = silent,
@@ -53,23 +53,18 @@ def travel_far(
 
     First all cells are judged, band by band, and kept as blocks: what share of each is free, and
     over which borders one can pass. A shortest way over the blocks is found, and then the cheapest
-    way at full resolution around it, stretch by stretch; the stretches are then shifted by half and
-    planned again, so that where they met is no longer fixed. Windows grow where the way touches
-    their edge. Where blocks prove not to be passed, the way over blocks is sought anew.
+    way at full resolution around it, stretch by stretch. Where blocks prove not to be passed, or
+    longer than they looked, another line over blocks is tried while it promises a shorter way. Last
+    the stretches are shifted by half and planned again, so that where they met is no longer fixed.
 
-    So the way is the cheapest around the shortest way over blocks: other objectives count within
-    these windows only.
+    So the way is the cheapest around a shortest line over blocks: objectives other than distance
+    count within the windows of the stretches only.
 
     Args:
-        raster: The ground.
-        rover: Who goes.
+        errand: The ground, the rover, what counts.
         stops: Local points (x, y) [m]: the start, stops on the way, the goal.
-        objective: "distance", "time", "energy" or "risk".
-        soil: A soil or its name; the rover's own where not given.
-        zones: What to keep out of and to stay within.
         order: "given", or "best" by the ways over blocks.
-        neighbours: Moves of the directed search: 8, 16 or 32.
-        block: Cells to a side of a block.
+        block: Cells to a side of a block; as few as make 4 million blocks where not given.
         stretch: Length of a stretch [cells].
         on_progress: Called with the share that is done, and what is done.
 
@@ -82,22 +77,19 @@ def travel_far(
         FileError: The file is damaged.
     """
     points = [check_point(stop, f"stop {n + 1}") for n, stop in enumerate(stops)]
-    _check(points, objective, order, neighbours)
-    found = survey(raster, rover, zones=zones, block=block, on_progress=on_progress)
-    errand = Errand(raster, rover, objective, soil, zones, neighbours, found.side)
-    ground = going(found.judged(rover, soil), rover, objective=objective, soil=soil)
-    ground = dataclasses.replace(ground, zones=zones)
+    _check(points, errand.objective, order, errand.neighbours)
+    rover, objective = errand.rover, errand.objective
+    found = survey(errand.raster, rover, zones=errand.zones, block=block, on_progress=on_progress)
+    judged = found.judged(rover, errand.soil)
+    ground = going(judged, rover, objective=objective, soil=errand.soil)
+    ground = dataclasses.replace(ground, zones=errand.zones)
     turn = _order(found, points) if order == "best" else tuple(range(len(points)))
     points = [points[n] for n in turn]
     legs: list[Route] = []
     pieces: list[list[Piece]] = []
-    for n in range(len(points) - 1):
-        share = 0.4 / (len(points) - 1)
-
-        def tell(done: float, words: str, before: float = 0.6 + n * share) -> None:
-            on_progress(before + share * done, words)
-
-        route, parts = _leg(errand, found, (points[n], points[n + 1]), stretch, tell)
+    for n, ends in enumerate(itertools.pairwise(points)):
+        tell = _scaled(on_progress, n, len(points) - 1)
+        route, parts = _leg(errand, found, ends, stretch, tell)
         legs.append(route)
         pieces.append(parts)
         if not route.found:
@@ -112,6 +104,37 @@ def travel_far(
             stations=_stations(whole) if done else None, heights=_heights(whole) if done else None,
         ),
     )  # fmt: skip
+
+
+def why_far(errand: Errand, points: Any, place: Any) -> dict[str, Any]:
+    """As `why_here`, for a route of `travel_far`, in a window around the place.
+
+    The straight alternative spans no more than a stretch on either side.
+
+    Raises:
+        InputError: No route, or no place.
+    """
+    points = np.asarray(points, np.float64)
+    target = check_point(place, "place")
+    if len(points) < 2:
+        raise InputError("there is no way of two points or more to explain")
+    along = lengths(points)
+    here, _off = nearest_on(points, along, target)
+    reach = 0.5 * STRETCH * errand.raster.frame.cell
+    low, high = max(0.0, here - reach), min(float(along[-1]), here + reach)
+    piece = cut(points, along, low, high)
+    window = window_over(errand, piece, MARGIN)
+    assert window is not None
+    look = Look(errand, window)
+    assert look.ground is not None
+    told = why_here(look.ground, piece - look.corner, np.array(target) - look.corner)
+    told["at"] = tuple(map(float, np.array(told["at"]) + look.corner))
+    return {**told, "distance": told["distance"] + low}
+
+
+def _scaled(on_progress: Progress, leg: int, legs: int) -> Progress:
+    """Progress of one leg as that of the whole, after the survey."""
+    return lambda done, words: on_progress(0.6 + 0.4 * (leg + done) / legs, words)
 
 
 def _check(points: list[Point], objective: str, order: str, neighbours: int) -> None:
@@ -153,18 +176,38 @@ def _leg(
         look = Look(errand, window)
         one = look.piece(np.array([ends[0]]) - look.corner)
         return Route(points=one.points, cost=0.0, length=0.0), [one]
-    narrowed = 0
-    for narrowed in range(ROUNDS):
-        line, sure = _over_blocks(found, ends)
-        if line is None:
+    guess, best, tries = Guess(found, ends), None, 0
+    for _ in range(ROUNDS):
+        line = guess.line()
+        if line is None or tries > PATIENCE:
             break
+        if best is not None and line.cost >= (1.0 - WORTH) * best.length:
+            break
+        tries += best is not None
         try:
-            pieces = _along(errand, line, step, tell)
+            walk = _walk(errand, line.points, (step, NEAR * found.side), tell)
         except Failed as failed:
-            found = found.narrowed(failed.window, joined=sure)
+            guess.failed(failed.window)
             continue
-        return _route(pieces), pieces
-    return _none(found, ends, narrowed), []
+        guess.learn(line, walk)
+        if best is None or walk.length < best.length:
+            best = walk
+            tries = 0
+    if best is None:
+        return _none(guess), []
+    pieces = _settled(errand, best.ways, tell)
+    return _route(pieces), pieces
+
+
+def _settled(errand: Errand, ways: list[F64], tell: Progress) -> list[Piece]:
+    """The same way, planned anew over shifted stretches for as long as that pays."""
+    before = np.inf
+    while True:
+        pieces = _shifted(errand, ways, tell)
+        cost = sum(piece.account["cost"] for piece in pieces)
+        if len(ways) == 1 or not cost < (1.0 - GAIN) * before:
+            return pieces
+        before, ways = cost, [piece.points for piece in pieces]
 
 
 def _refused(errand: Errand, ends: tuple[Point, Point]) -> Route | None:
@@ -211,53 +254,49 @@ def _moved(answer: Route, look: Look, end: Point, what: str, way: Way) -> Route:
     )  # fmt: skip
 
 
-def _over_blocks(found: Survey, ends: tuple[Point, Point]) -> tuple[F64 | None, bool]:
-    """A line over blocks (k, 2) [m] or None; and whether all of its blocks join."""
-    middles = found.middle(*ends[0]), found.middle(*ends[1])
-    hoped = any_angle(found.costs(joined=False), *middles)
-    if not hoped.found:
-        return None, False
-    joined = any_angle(found.costs(joined=True), *middles)
-    sure = joined.found and joined.cost <= (1.0 + WORTH) * hoped.cost
-    points = (joined if sure else hoped).points + found.corner
-    return np.vstack([ends[0], points, ends[1]]), sure
+def _walk(errand: Errand, line: F64, step: tuple[float, float], tell: Progress) -> Walk:
+    """The cheapest ways around the stretches of a line (k, 2) [m], from its beginning to its end.
 
+    `step` is the length of a stretch [cells], and how far from its end it may end [m].
 
-def _along(errand: Errand, line: F64, step: float, tell: Progress) -> list[Piece]:
-    """The cheapest pieces around a line (k, 2) [m], from its beginning to its end."""
-    total = float(lengths(line)[-1])
-    count = max(1, round(total / (step * errand.raster.frame.cell)))
-    cuts, along = np.linspace(0.0, total, count + 1), lengths(line)
+    Raises:
+        Failed: One of them cannot be passed.
+    """
+    along = lengths(line)
+    total = float(along[-1])
+    count = max(1, round(total / (step[0] * errand.raster.frame.cell)))
+    cuts = np.linspace(0.0, total, count + 1)
+    parts: list[F64] = []
     ways: list[F64] = []
     first = line[0]
     for n in range(count):
-        part = np.vstack([first, cut(line, along, cuts[n], cuts[n + 1])[1:]])
-        path, look = stretch(errand, part, exactly=n == count - 1)
-        if count == 1:
-            return [look.piece(path)]
+        part = cut(line, along, cuts[n], cuts[n + 1])
+        aim = np.vstack([first, part[1:]])
+        path, look = stretch(errand, aim, off=0.0 if n == count - 1 else step[1])
+        parts.append(part)
         ways.append(path + look.corner)
         first = ways[-1][-1]
         tell(0.5 * (n + 1) / count, "planning the stretches")
-    parts = _shifted(ways)
+    return Walk(parts, ways)
+
+
+def _shifted(errand: Errand, ways: list[F64], tell: Progress) -> list[Piece]:
+    """The same way planned anew from the middle of each stretch to the middle of the next."""
+    parts: list[list[F64]] = [[]]
+    for way in ways:
+        along = lengths(way)
+        middle = 0.5 * float(along[-1]) if len(ways) > 1 else float(along[-1])
+        parts[-1].append(cut(way, along, 0.0, middle))
+        if len(ways) > 1:
+            parts.append([cut(way, along, middle, float(along[-1]))])
 
     def again(n: int) -> Piece:
-        path, look = stretch(errand, parts[n], exactly=True, driven=True)
+        path, look = stretch(errand, np.vstack(parts[n]), driven=True)
         tell(0.5 + 0.5 * (n + 1) / len(parts), "planning across their ends")
         return look.piece(path)
 
     with ThreadPoolExecutor(THREADS) as pool:
         return list(pool.map(again, range(len(parts))))
-
-
-def _shifted(ways: list[F64]) -> list[F64]:
-    """The same way in parts that go from the middle of one to the middle of the next."""
-    parts: list[list[F64]] = [[]]
-    for way in ways:
-        along = lengths(way)
-        middle = 0.5 * float(along[-1])
-        parts[-1].append(cut(way, along, 0.0, middle))
-        parts.append([cut(way, along, middle, float(along[-1]))])
-    return [np.vstack(part) for part in parts]
 
 
 def _route(pieces: list[Piece]) -> Route:
@@ -266,13 +305,13 @@ def _route(pieces: list[Piece]) -> Route:
     return Route(points=points, cost=cost, length=float(lengths(points)[-1]))
 
 
-def _none(found: Survey, ends: tuple[Point, Point], narrowed: int) -> Route:
+def _none(guess: Guess) -> Route:
     """Why there is no way, by blocks."""
+    found, ends, middles = guess.found, guess.ends, guess.middles
     costs = found.costs(joined=False)
-    middles = found.middle(*ends[0]), found.middle(*ends[1])
     limits = (
-        f"; no way was found along {narrowed} lines over blocks of {found.side:g} m, narrower "
-        "passages may be left"
+        f"; no way was found along {guess.narrowed} lines over blocks of {found.side:g} m, but "
+        "narrower passages may be left"
     )
     if any_angle(costs, *middles).found:
         return no_route(Way.GOAL_ENCLOSED, limits[2:])
@@ -286,7 +325,7 @@ def _none(found: Survey, ends: tuple[Point, Point], narrowed: int) -> Route:
         f"forbidden ground encloses the {what} ({x:.6g}, {y:.6g}) m; the nearest point to the goal "
         f"that can be reached is about ({near[0]:.6g}, {near[1]:.6g}) m, "
         f"{math.dist(near, ends[1]):.3g} m from it, to a block of {found.side:g} m"
-        f"{limits if narrowed else ''}",
+        f"{limits if guess.narrowed else ''}",
         near,
     )
 
@@ -310,7 +349,7 @@ def _heights(pieces: list[Piece]) -> F64:
 
 def _summed(ground: Going, pieces: list[Piece]) -> dict[str, Any]:
     told = [piece.account for piece in pieces]
-    out = {key: sum(one[key] for one in told) for key in ("length", "cost", "time")}
+    out: dict[str, Any] = {key: sum(one[key] for one in told) for key in ("length", "cost", "time")}
     out["terms"] = {name: sum(one["terms"][name] for one in told) for name in ground.terms}
     out["energy"] = None if ground.table is None else sum(one["energy"] for one in told)
     out["steepest"] = max(one["steepest"] for one in told)

@@ -140,7 +140,7 @@ def why_here(ground: Going, points: Any, place: Any) -> dict[str, Any]:
     if len(points) < 2:
         raise InputError("there is no way of two points or more to explain")
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
-    here, off = _nearest(points, along, (x, y))
+    here, off = nearest_on(points, along, (x, y))
     width = max(AROUND_CELLS * ground.frame.cell, AROUND_SHARE * along[-1])
     low, high = max(0.0, here - width), min(along[-1], here + width)
     stretch = cut(points, along, low, high)
@@ -185,7 +185,7 @@ def _forbidden(ground: Going, line: F64) -> float:
     return float(ground.blocked[_cells(ground, x, y)].mean()) * length
 
 
-def _nearest(points: F64, along: F64, place: tuple[float, float]) -> tuple[float, float]:
+def nearest_on(points: F64, along: F64, place: tuple[float, float]) -> tuple[float, float]:
     """Distance along the path of its point nearest to a place, and how far off it is [m]."""
     a, step = points[:-1], np.diff(points, axis=0)
     square = np.maximum((step**2).sum(axis=1), 1e-300)

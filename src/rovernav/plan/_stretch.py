@@ -11,7 +11,7 @@ import numpy as np
 from ..core import F64
 from ..rover import Rover, hazards
 from ..terrain import Raster, Window
-from ._directed import directed
+from ._directed import USUAL, directed
 from ._ends import Point
 from ._going import Going, going
 from ._profile import Profile, account_of, profile
@@ -28,15 +28,23 @@ NEAR = 2.5
 
 
 class Errand(NamedTuple):
-    """What is planned over a raster, as for `travel_far`; `block` is the side of a block [m]."""
+    """What is planned over a raster that may be larger than memory.
+
+    Attributes:
+        raster: The ground.
+        rover: Who goes.
+        objective: "distance", "time", "energy" or "risk".
+        soil: A soil or its name; the rover's own where not given.
+        zones: What to keep out of and to stay within, in the raster's local metres.
+        neighbours: Moves of the directed search: 8, 16 or 32.
+    """
 
     raster: Raster
     rover: Rover
-    objective: str
-    soil: Any
-    zones: Zones | None
-    neighbours: int
-    block: float
+    objective: str = "distance"
+    soil: Any = None
+    zones: Zones | None = None
+    neighbours: int = USUAL
 
 
 class Piece(NamedTuple):
@@ -71,8 +79,8 @@ class Look:
                 seen = errand.zones.seen_from(float(self.corner[0]), float(self.corner[1]))
                 self.ground = within_zones(self.ground, seen)
 
-    def near(self, start: F64, target: F64) -> F64 | None:
-        """The place nearest to a target that can be reached; None if it is far from it."""
+    def near(self, start: F64, target: F64, off: float) -> F64 | None:
+        """The place nearest to a target that can be reached, at most so far off it [m], or None."""
         from scipy import ndimage
 
         if self.ground is None:
@@ -86,7 +94,7 @@ class Look:
         middles = (cells[:, ::-1] + 0.5) * frame.cell + self.corner
         square = ((middles - target) ** 2).sum(axis=1)
         nearest = int(square.argmin())
-        return middles[nearest] if square[nearest] <= (NEAR * self._errand.block) ** 2 else None
+        return middles[nearest] if square[nearest] <= off * off else None
 
     def way(self, start: F64, goal: F64) -> Route | None:
         """The cheapest way within the window; None where there is none."""
@@ -110,7 +118,8 @@ class Look:
 
     def piece(self, here: F64) -> Piece:
         """What a way (k, 2) [m] in the window's own points costs."""
-        assert self.ground is not None and self.terrain is not None
+        assert self.ground is not None
+        assert self.terrain is not None
         told = profile(self.ground, here, self.terrain)
         told = dataclasses.replace(told, x=told.x + self.corner[0], y=told.y + self.corner[1])
         heights = np.asarray(self.terrain.elevation_at(*here.T))
@@ -145,13 +154,15 @@ class Failed(Exception):
         self.window = window
 
 
-def stretch(errand: Errand, along: F64, *, exactly: bool, driven: bool = False) -> tuple[F64, Look]:
+def stretch(
+    errand: Errand, along: F64, *, off: float = 0.0, driven: bool = False
+) -> tuple[F64, Look]:
     """The cheapest way between the ends of a line, in a window around it that widens as needed.
 
     Args:
         errand: What is planned.
         along: The line (k, 2) [m].
-        exactly: Whether to end at its end, or as near to it as can be.
+        off: How far from its end to end at most, where that cannot be reached [m].
         driven: Whether the line itself can be driven; then the cheaper one counts.
 
     Returns:
@@ -163,10 +174,10 @@ def stretch(errand: Errand, along: F64, *, exactly: bool, driven: bool = False) 
     margin, last = float(MARGIN), None
     while True:
         window = window_over(errand, along, margin)
-        if window is None or (last is not None and window == last[1].window):
+        if window is None or (last is not None and _as_large(last[1].window, window)):
             break
         look = Look(errand, window)
-        goal = along[-1] if exactly else look.near(along[0], along[-1])
+        goal = look.near(along[0], along[-1], off) if off > 0.0 else along[-1]
         found = None if goal is None else look.way(along[0], goal)
         path = np.empty((0, 2)) if found is None else found.points
         if driven and look.ground is not None:
@@ -180,6 +191,10 @@ def stretch(errand: Errand, along: F64, *, exactly: bool, driven: bool = False) 
     if last is None or not len(last[0]):
         raise Failed(last[1].window if last is not None else _middle_of(errand, along))
     return last
+
+
+def _as_large(one: Window, other: Window) -> bool:
+    return (one.rows, one.columns) == (other.rows, other.columns)
 
 
 def _middle_of(errand: Errand, along: F64) -> Window:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -28,7 +29,7 @@ THREADS = 2
 ZONED = len(Reason)
 """The reason that a zone is, beside those of the ground."""
 HARDER = 0.5
-"""What a metre costs more in a block where next to nothing is free; half of it where half is."""
+"""What a metre costs more in a block where next to nothing is free, as a first guess."""
 MEET, JOIN = np.uint8(1), np.uint8(2)
 """Two blocks meet where free cells of theirs do, and join where their largest pieces do."""
 
@@ -66,18 +67,20 @@ class Survey:
     north: U8
     free: float
 
-    def costs(self, *, joined: bool) -> CostMap:
+    def costs(self, *, joined: bool, harder: float = HARDER, known: Any = 1.0) -> CostMap:
         """A map on which one goes from block to block, with a cell for each and each border.
 
         Its local points are those of the raster less `corner`.
 
         Args:
             joined: Whether blocks must join, or need only meet.
+            harder: What a metre costs more in a block where next to nothing is free.
+            known: What it costs in each block (h, w) as a share of that, as far as it is known.
         """
         h, w = self.share.shape
         bit = JOIN if joined else MEET
         cost = np.full((2 * h - 1, 2 * w - 1), np.inf, np.float32)
-        own = np.where(self.share > 0.0, 1.0 + HARDER * (1.0 - self.share), np.inf)
+        own = np.where(self.share > 0.0, (1.0 + harder * (1.0 - self.share)) * known, np.inf)
         cost[::2, ::2] = own
         cost[::2, 1::2] = np.where(self.east & bit, 0.5 * (own[:, 1:] + own[:, :-1]), np.inf)
         cost[1::2, ::2] = np.where(self.north & bit, 0.5 * (own[1:] + own[:-1]), np.inf)
@@ -257,7 +260,7 @@ def _borders(one: Any, other: Any, k: int) -> U8:
 def _joined(raster: Raster, k: int, found: list[_Band]) -> Survey:
     """The survey that bands from south to north make."""
     north = [found[0].north]
-    for below, above in zip(found, found[1:], strict=False):
+    for below, above in itertools.pairwise(found):
         north += [_borders(below.last[None], above.first[None], k), above.north]
     counts = np.concatenate([band.counts for band in found])
     every, free = counts.sum(axis=2), counts[:, :, 0]

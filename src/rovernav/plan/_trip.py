@@ -134,6 +134,11 @@ class Trip:
         return profile(self.ground, self.points, terrain)
 
     @property
+    def heights(self) -> F64 | None:
+        """Elevation of the points (k,) [m], where it is not that of the ground planned on."""
+        return None if self.far is None else self.far.heights
+
+    @property
     def forbidden(self) -> float:
         """Share of the map that is forbidden, 0 to 1."""
         return float(self.ground.blocked.mean()) if self.far is None else self.far.forbidden

@@ -22,7 +22,7 @@ from ..sim import (
     Worlds,
     clearance,
 )
-from ..terrain import Terrain
+from ..terrain import Raster, Terrain
 from ._bassil import Scene
 
 PATIENCE = 5.0
@@ -204,7 +204,7 @@ def nearest_free(where: Standing, point: tuple[float, float]) -> tuple[float, fl
 
 
 def to_local(
-    terrain: Terrain, point: tuple[float, float], frame: str = "crs"
+    terrain: Terrain | Raster, point: tuple[float, float], frame: str = "crs"
 ) -> tuple[float, float]:
     """A point given in the terrain's coordinates, local metres or pixels, as local metres.
 
