@@ -38,14 +38,17 @@ class Batch(VecEnv):
         self.sums, self.steps = np.zeros(count), np.zeros(count, int)
 
     def reset(self) -> np.ndarray:
+        """New worlds in all rows."""
         seeds = [seed for seed in self._seeds if seed is not None]
         self.sums[:], self.steps[:] = 0.0, 0
         return self.batch.reset(seed=seeds or None)[0]
 
     def step_async(self, actions: np.ndarray) -> None:
+        """Remember what to do."""
         self.actions = actions
 
     def step_wait(self) -> Any:
+        """Do it, and say of each episode that ended how it went."""
         seen, reward, terminated, truncated, info = self.batch.step(self.actions)
         done = terminated | truncated
         self.sums += reward
@@ -63,18 +66,23 @@ class Batch(VecEnv):
         return seen, reward.astype(np.float32), done, infos
 
     def close(self) -> None:
+        """Nothing is open."""
         self.batch.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """An attribute, the same for each row."""
         return [getattr(self, attr_name, None)] * self.num_envs
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Set an attribute of all rows."""
         setattr(self, attr_name, value)
 
     def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> Any:
+        """Call a method of the batch."""
         return [getattr(self.batch, method_name)(*args, **kwargs)]
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
+        """No row has a wrapper of its own."""
         return [False] * self.num_envs
 
 
@@ -118,6 +126,7 @@ def train(steps: int, *, rovers: int = 64, seed: int = 0, **settings: Any) -> PP
 
 
 def main() -> None:
+    """Train, measure, save."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--steps", type=int, default=300_000, help="steps of all rovers together")
     parser.add_argument("--rovers", type=int, default=64)
