@@ -14,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BIN = Path(sys.executable).parent
 SPELLED = (
-    *("src", "tests", "scripts", "benchmarks", "docs"),
+    *("src", "tests", "scripts", "benchmarks", "docs", "examples"),
     *("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "Makefile", "pyproject.toml"),
 )
 

@@ -1,12 +1,47 @@
-"""Optional packages put to use, one in each file: Dask as an executor, MuJoCo as a second opinion.
+"""Optional packages put to use, one in each file.
 
-Nothing below this room knows them, and they are loaded when something of theirs is called.
+Dask as an executor, MuJoCo as a second opinion, ROS 2 bags, an environment for Gymnasium. Nothing
+below this room knows them, and they are loaded when something of theirs is called. Gymnasium
+imports this room when it is imported itself, so what is here is loaded when it is first used.
 """
 
-from ._bag import write_bag
-from ._cluster import connect, open_executor
-from ._dask import DaskExecutor
-from ._mujoco import Physics, Rested
+from __future__ import annotations
 
-__all__ = ["DaskExecutor", "Physics", "Rested", "connect", "open_executor"]
-__all__ = ["DaskExecutor", "connect", "open_executor", "write_bag"]
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ._bag import write_bag
+    from ._cluster import connect, open_executor
+    from ._dask import DaskExecutor
+    from ._mujoco import Physics, Rested
+    from ._register import register_envs
+
+__all__ = [
+    "DaskExecutor",
+    "Physics",
+    "Rested",
+    "connect",
+    "open_executor",
+    "register_envs",
+    "write_bag",
+]
+_FILES = {
+    "DaskExecutor": "_dask",
+    "Physics": "_mujoco",
+    "Rested": "_mujoco",
+    "connect": "_cluster",
+    "open_executor": "_cluster",
+    "register_envs": "_register",
+    "write_bag": "_bag",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _FILES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f".{_FILES[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

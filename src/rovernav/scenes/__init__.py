@@ -28,7 +28,7 @@ from ._ground import (
     to_local,
 )
 from ._named import named_scene, scene_names
-from ._practice import free_pairs, pair_mission, practice_grid
+from ._practice import another_task, free_pairs, pair_mission, practice_grid, practice_task
 from ._scenario import (
     Scenario,
     obstacles,
@@ -53,6 +53,7 @@ __all__ = [
     "Scenario",
     "Scene",
     "among",
+    "another_task",
     "bassil_scene",
     "check_end",
     "draw_rectangles",
@@ -68,6 +69,7 @@ __all__ = [
     "on_terrain",
     "pair_mission",
     "practice_grid",
+    "practice_task",
     "random_rectangles",
     "read_scenario",
     "rectangle_scene",

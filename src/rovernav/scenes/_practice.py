@@ -14,6 +14,9 @@ from ..sim import Grid, Worlds
 from ..terrain import hills, scatter_rocks, with_rocks
 from ._ground import fenced
 
+MOST_BLOCKED = 0.4
+"""Share of forbidden ground above which a world leaves no room for a task."""
+
 
 def practice_grid(rng: np.random.Generator, rover: Rover, *, side: float, cell: float) -> Grid:
     """A generated world to learn in: rocky hills, or shapes with bays and gaps.
@@ -29,6 +32,60 @@ def practice_grid(rng: np.random.Generator, rover: Rover, *, side: float, cell: 
         return _rocky_hills(rng, rover, cells, cell)
     frame = Frame(cell=cell, shape=(cells, cells))
     return Grid(frame=frame, blocked=fenced(_shapes(rng, frame)))
+
+
+def practice_task(
+    rng: np.random.Generator,
+    rover: Rover,
+    *,
+    side: float,
+    cell: float,
+    nearest: float,
+    farthest: float,
+) -> tuple[Grid, F64, F64]:
+    """A world to learn in with one task in it: the same generator's state gives the same.
+
+    Worlds without such a task, or with more than 40 % forbidden ground, are drawn again.
+
+    Args:
+        rng: Where it comes from.
+        rover: Whose limits say where it can stand.
+        side: Side of the square world [m].
+        cell: Cell [m].
+        nearest: Shortest straight line [m].
+        farthest: Longest straight line [m].
+
+    Returns:
+        The world, the start (3,) with any heading, and the goal (2,), which can be reached, but not
+        in a straight line.
+
+    Raises:
+        SettingError: A hundred worlds had no such task.
+    """
+    for _ in range(100):
+        grid = practice_grid(rng, rover, side=side, cell=cell)
+        if grid.blocked.mean() > MOST_BLOCKED:
+            continue
+        try:
+            return grid, *another_task(rng, grid, nearest=nearest, farthest=farthest)
+        except SettingError:
+            continue
+    raise SettingError(
+        f"worlds of {side:g} m have no tasks {nearest:g} to {farthest:g} m long; "
+        "choose a larger world or shorter tasks"
+    )
+
+
+def another_task(
+    rng: np.random.Generator, grid: Grid, *, nearest: float, farthest: float
+) -> tuple[F64, F64]:
+    """A start (3,) and a goal (2,) as of `practice_task`, in a world that is there already.
+
+    Raises:
+        SettingError: The world has none.
+    """
+    starts, goals = free_pairs(grid, 1, rng, nearest=nearest, farthest=farthest)
+    return np.append(starts[0], rng.uniform(-math.pi, math.pi)), goals[0]
 
 
 def _rocky_hills(rng: np.random.Generator, rover: Rover, cells: int, cell: float) -> Grid:

@@ -12,6 +12,7 @@ from ._profile import draw_profile
 from ._raster import data_uri, png
 from ._relief import WHY, relief_pixels
 from ._route import draw_route, draw_trip
+from ._stage import Moment, Place, Stage
 from ._surface import Surface, surface_of
 from ._sweep import draw_sweep
 from ._terrain import draw_terrain
@@ -22,6 +23,9 @@ from ._worlds import draw_worlds
 __all__ = [
     "PALETTE",
     "WHY",
+    "Moment",
+    "Place",
+    "Stage",
     "Surface",
     "data_uri",
     "draw_drive",

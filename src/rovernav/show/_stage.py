@@ -15,7 +15,7 @@ from ._canvas import INK, canvas, heading, in_metres
 from ._map import scale_bar
 from ._relief import Window, draw_forbidden, draw_relief, piece_of
 from ._words import BLUE, ORANGE, PATH, end_colour, end_words
-from ._worlds import draw_boxes, draw_shapes
+from ._worlds import draw_boxes, draw_cells, draw_shapes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -135,6 +135,8 @@ class Stage:
             if place.standing is not None:
                 draw_forbidden(axes, piece, place.standing)
         if place.worlds is not None:
+            if place.terrain is None:
+                draw_cells(axes, place.worlds, place.k)
             draw_boxes(axes, place.worlds, place.k)
             draw_shapes(axes, place.worlds, place.k)
         ends = np.stack([place.start, place.goal])

@@ -122,6 +122,21 @@ def draw_boxes(axes: Axes, worlds: Worlds, k: int = 0) -> None:
         )  # fmt: skip
 
 
+def draw_cells(axes: Axes, worlds: Worlds, k: int = 0) -> None:
+    """Draw the ground on which rover k cannot stand, cell by cell."""
+    from matplotlib.colors import to_rgba
+
+    grid = worlds.row(k).grid
+    if grid is None:
+        return
+    image = np.zeros((*grid.frame.shape, 4))
+    image[grid.blocked != 0] = to_rgba(OBSTACLE_FILL)
+    width, height = grid.frame.extent
+    axes.imshow(
+        image, origin="lower", extent=(0.0, width, 0.0, height), interpolation="nearest", zorder=1
+    )
+
+
 def draw_shapes(axes: Axes, worlds: Worlds, k: int = 0, *, labelled: bool = True) -> None:
     """Draw the polygons and discs in the world of rover k, grown as they are for it."""
     outlines = [each for shape in worlds.shapes_of(k) for each in shape.outline()]
