@@ -1,15 +1,18 @@
 """Least energy against shortest: 100 generated sand terrains, both routes driven with other slip.
 
-    python benchmarks/experiments/least_energy.py [--quick] [--pilot] [--only pictures]
+    python benchmarks/experiments/least_energy.py [--quick] [--pilot] [--only KIND]
 
 Frozen before the first run, and not changed after it: everything in capitals below. Spirit's twin
 (`mer`) goes from the west to the east of 200 m x 200 m of dunes and hills, all loose sand. Two
 routes under the same limits, as `rovernav route --objective distance` and `energy` plan them with
-the expected slip. Each is then driven 8 times on ground whose slip differs from what was expected:
-by a factor of 0.7 to 1.3 for the whole terrain, times another of 0.7 to 1.3 for each patch of 5 m
-in each drive; both routes meet the same ground. The follower knows where it is and steers for a
-point of the route ahead of it; it knows nothing of slip. Terrains where the goal cannot be reached
-under the limits are counted and replaced by the next seed.
+the expected slip. Each is then driven in two ways, 8 times each, by a follower that knows where it
+is and steers for a point of the route ahead of it; it knows nothing of slip.
+In the simulator (`sim.Body`), slip and side slip of each rover are those expected times factors of
+0.7 to 1.3; the body stands on the ground, and its own attitude decides how it slips.
+On patches: by a factor of 0.7 to 1.3 for the whole terrain, times another of 0.7 to 1.3 for each
+patch of 5 m in each drive; the gradient is the planner's, the rover a point.
+Both routes have the same luck. Terrains where the goal cannot be reached under the limits are
+counted and replaced by the next seed. `--only simulator` drives kept routes in the simulator alone.
 `--pilot` looks at other seeds, and only at whether there is a way and how long that takes.
 Writes least_energy.json and the picture of docs/least-energy.md.
 """
@@ -25,9 +28,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rovernav.core import Command, Mission, Observation, Outcome
 from rovernav.kernels import traction
 from rovernav.plan import Going, directed, going
-from rovernav.rover import drive_cost, drive_table, hazards, read_rover
+from rovernav.rover import Rover, drive_cost, drive_table, hazards, read_rover
+from rovernav.sim import Body, Drive, DriveState, Worlds, simulate
+from rovernav.sim import Ground as GroundHeights
 from rovernav.terrain import Dunes, Ground, Recipe, Relief, Terrain
 
 HERE = Path(__file__).resolve().parent
@@ -52,6 +58,8 @@ looks farther away from it than this turns on the spot."""
 GOAL, STUCK, TOO_LONG = 1.0, 0.05, 4.0
 """Arrived within [m]; stuck below this share of the wheels' way over two wheelbases; given up
 after so many times the planned time."""
+SPREAD, PERIOD = 0.3, 4.0
+"""In the simulator: of slip; time between two commands [s], in which the wheels go as far."""
 DIGGING = 0.8
 """Slip that counts as digging in."""
 # ------------------------------------------------------------------------------------------------
@@ -74,7 +82,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--quick", action="store_true", help="5 terrains, no files")
     parser.add_argument("--pilot", action="store_true", help="5 other seeds: is there a way?")
-    parser.add_argument("--only", choices=["pictures"], help="draw from the numbers kept")
+    parser.add_argument("--only", choices=["pictures", "simulator"], help="from the routes kept")
     asked = parser.parse_args()
     kept = HERE / "least_energy.json"
     if asked.pilot:
@@ -95,14 +103,29 @@ def main() -> None:
                 continue
             rows.append(row)
             print(len(rows), seed - 1, said(row), flush=True)
-        print(json.dumps(summary(rows, skipped), indent=1))
         if asked.quick:
+            print(json.dumps({w: summary(rows, w) for w in ("patches", "simulator")}, indent=1))
             return
-        kept.write_text(
-            json.dumps({"summary": summary(rows, skipped), "terrains": rows}, indent=1) + "\n",
-            encoding="utf-8",
-        )
+        keep(kept, rows, skipped)
+    if asked.only == "simulator":
+        found = json.loads(kept.read_text(encoding="utf-8"))
+        for row in found["terrains"]:
+            ground, terrain = (task := task_of(row["seed"])).ground, task.terrain
+            for kind in KINDS:
+                points = np.array(row[kind]["points"])
+                row[kind]["simulator"] = simulated(ground, terrain, points, row["seed"])
+            print(row["seed"], said(row), flush=True)
+        keep(kept, found["terrains"], found["without a way"])
     draw(json.loads(kept.read_text(encoding="utf-8")))
+
+
+def keep(path: Path, rows: list[dict[str, Any]], skipped: int) -> None:
+    """Write the numbers; those of the routes in one line each."""
+    ways = ("patches", "simulator")
+    said = {way: summary(rows, way) for way in ways if way in rows[0]["energy"]}
+    found = {"without a way": skipped, **said, "terrains": rows}
+    path.write_text(json.dumps(found, separators=(",", ":")) + "\n", encoding="utf-8")
+    print(json.dumps(said, indent=1))
 
 
 class Task(NamedTuple):
@@ -142,12 +165,80 @@ def compared(task: Task, seed: int) -> dict[str, Any] | None:
             "planned energy": task.ground.by("energy").cost_of(route.points),
             "planned time": task.ground.by("time").cost_of(route.points),
             "points": np.round(route.points, 2).tolist(),
-            "end": [ENDS[end] for end in d.end],
-            "energy": d.energy.tolist(),
-            "slip": (1.0 - d.ground / d.wheels).tolist(),
-            "dug": d.dug.tolist(),
+            "patches": told([ENDS[end] for end in d.end], d),
+            "simulator": simulated(task.ground, task.terrain, route.points, seed),
         }
     return row
+
+
+def told(ends: list[str], d: Driven) -> dict[str, Any]:
+    """Drives as plain data."""
+    slip = 1.0 - d.ground / np.maximum(d.wheels, 1e-9)
+    return {
+        "end": ends,
+        "energy": np.round(d.energy).tolist(),
+        "slip": np.round(slip, 5).tolist(),
+        "dug": d.dug.tolist(),
+    }
+
+
+def simulated(ground: Going, terrain: Terrain, points: Any, seed: int) -> dict[str, Any]:
+    """One route driven DRIVES times in the simulator."""
+    rover, (path, way) = ground.rover, fine(points)
+    first = math.atan2(*(path[4] - path[0])[::-1])
+    mission = Mission(
+        start=np.tile([*points[0], first], (DRIVES, 1)), goal=np.tile(points[-1], (DRIVES, 1)),
+        goal_radius=GOAL, time_limit=TOO_LONG * ground.by("time").cost_of(points),
+    )  # fmt: skip
+    under = GroundHeights(frame=terrain.frame, height=terrain.height, offset=terrain.offset)
+    body = Body(rover, period=PERIOD, soil=SOIL, spread=SPREAD)
+    drive = Drive(
+        worlds=Worlds.single(ground=under, rovers=DRIVES), mission=mission, sensors=(),
+        controller=Along(path, way, rover), motion=body,
+    )  # fmt: skip
+    wheels, moved, dug = np.zeros(DRIVES), np.zeros(DRIVES), np.zeros(DRIVES, int)
+
+    def watch(state: DriveState) -> None:
+        rovers, asked = state.rovers, state.command
+        assert asked is not None
+        rolled = rovers.driving * np.abs(asked.twist[:, 0]) * PERIOD
+        wheels[:] += rolled
+        moved[:] += rolled * (1.0 - rovers.slip[:, 0])
+        dug[:] += (rolled > 0.0) & (rovers.slip[:, 0] > DIGGING)
+
+    trace = simulate(drive, seed=seed, on_event=watch, record="path")
+    ends = [Outcome(int(end)).name.lower().replace("_", " ") for end in trace.outcome]
+    ends = ["arrived" if end == "reached" else end for end in ends]
+    return told(ends, Driven(trace.outcome, trace.energy[-1], wheels, moved, dug))
+
+
+class Along:
+    """Steers for a point of a path ahead of each rover.
+
+    Args:
+        path: Points (k, 2) [m].
+        way: Distance between two of them [m].
+        rover: For its speed and turn rate.
+    """
+
+    def __init__(self, path: Any, way: float, rover: Rover) -> None:
+        self._path, self._ahead, self._rover = path, round(AHEAD / way), rover
+
+    def start(self, mission: Mission, rng: np.random.Generator) -> Any:
+        """How far along each rover is."""
+        del rng
+        return np.zeros(len(mission.start), int)
+
+    def act(self, observation: Observation, memory: Any) -> tuple[Command, Any]:
+        """Forward, unless it looks elsewhere, and towards the path."""
+        pose = observation.pose
+        at = nearest(self._path, pose[:, :2], memory)
+        target = self._path[np.minimum(at + self._ahead, len(self._path) - 1)]
+        off = turned(np.arctan2(*(target - pose[:, :2]).T[::-1]) - pose[:, 2])
+        twist = np.zeros((len(pose), 3))
+        twist[:, 0] = np.where(np.abs(off) < TURN_FIRST, self._rover.speed, 0.0)
+        twist[:, 2] = np.clip(off / PERIOD, -self._rover.turn_rate, self._rover.turn_rate)
+        return Command(twist=twist), at
 
 
 def driven(ground: Going, points: Any, seed: int) -> Driven:
@@ -183,7 +274,7 @@ def driven(ground: Going, points: Any, seed: int) -> Driven:
         pull = force / stretch / table[0, traction.EFFICIENCY]
         energy += go * dt * (table[0, traction.IDLE] + rolls * pull * rover.speed)
         forward = rolls * STEP * (1.0 - slip) / stretch
-        left = -rolls * STEP * side / np.sqrt(1.0 + across * across)
+        left = -STEP * rolls * side / np.sqrt(1.0 + across * across)
         step_xy = np.column_stack([forward * ex - left * ey, forward * ey + left * ex])
         place = np.where(go[:, None], place + step_xy, place)
         wheels += rolls * STEP
@@ -282,31 +373,34 @@ def said(row: dict[str, Any]) -> str:
     """A line."""
     parts = []
     for kind in KINDS:
-        r = row[kind]
-        told, spent = r["planned energy"] / 1e3, np.mean(r["energy"]) / 1e3
+        r, d = row[kind], row[kind]["simulator"]
+        told, spent = r["planned energy"] / 1e3, np.mean(d["energy"]) / 1e3
         parts.append(
             f"{kind}: {r['length']:.0f} m, planned {told:.0f} kJ, driven {spent:.0f} kJ, slip "
-            f"{np.mean(r['slip']):.3f}, arrived {r['end'].count('arrived')}/{len(r['end'])}"
+            f"{np.mean(d['slip']):.3f}, arrived {d['end'].count('arrived')}/{DRIVES}"
         )
     return "  |  ".join(parts)
 
 
-def summary(rows: list[dict[str, Any]], skipped: int) -> dict[str, Any]:
+def summary(rows: list[dict[str, Any]], way: str) -> dict[str, Any]:
     """What is stated: savings by terrain, over drives in which both arrived; shares of ends."""
-    out: dict[str, Any] = {"terrains": len(rows), "without a way": skipped}
+    out: dict[str, Any] = {"terrains": len(rows)}
     pairs: dict[str, list[float]] = {"energy": [], "slip": [], "planned energy": [], "length": []}
+    whole = 0
     for row in rows:
-        short, least = row["distance"], row["energy"]
+        short, least = row["distance"][way], row["energy"][way]
         both = [a == b == "arrived" for a, b in zip(short["end"], least["end"], strict=True)]
+        whole += all(both)
         for key in ("energy", "slip"):
             if any(both):
                 a, b = (np.mean(np.array(r[key])[both]) for r in (short, least))
-                pairs[key].append(1.0 - b / a)
+                pairs[key].append(float(1.0 - b / a))
         for key in ("planned energy", "length"):
-            pairs[key].append(1.0 - least[key] / short[key])
+            pairs[key].append(1.0 - row["energy"][key] / row["distance"][key])
+    out["terrains where all arrived"] = whole
     rng = np.random.default_rng(1)
-    for key, saved in pairs.items():
-        saved = np.array(saved)
+    for key, found in pairs.items():
+        saved = np.array(found)
         again = np.median(rng.choice(saved, (2000, len(saved))), axis=1)
         out[f"less {key}"] = {
             "terrains": len(saved),
@@ -315,22 +409,26 @@ def summary(rows: list[dict[str, Any]], skipped: int) -> dict[str, Any]:
             "5, 25, 75, 95 %": np.percentile(saved, [5, 25, 75, 95]).tolist(),
         }
     for kind in KINDS:
-        ends = [end for row in rows for end in row[kind]["end"]]
-        told = np.concatenate([
-            np.array(row[kind]["energy"])[np.array(row[kind]["end"]) == "arrived"]
-            / row[kind]["planned energy"] for row in rows
-        ])  # fmt: skip
-        out[kind] = {
-            "ends": {end: ends.count(end) for end in ENDS if end in ends},
-            "drives that dug in": sum(d > 0 for row in rows for d in row[kind]["dug"]),
-            "steps that dug in": sum(d for row in rows for d in row[kind]["dug"]),
-            "mean slip": float(np.mean([s for row in rows for s in row[kind]["slip"]])),
-            "driven over planned energy: median, 5, 95 %": [
-                float(np.median(told)), *np.percentile(told, [5, 95]).tolist(),
-            ],
-            "within 15 % of planned": float(np.mean(np.abs(told - 1.0) <= 0.15)),
-        }  # fmt: skip
+        out[kind] = of_kind([row[kind] for row in rows], way)
     return out
+
+
+def of_kind(routes: list[dict[str, Any]], way: str) -> dict[str, Any]:
+    """How the drives of one kind of route ended, and how well their energy was foretold."""
+    ends = [end for route in routes for end in route[way]["end"]]
+    ratio = np.concatenate([
+        np.array(r[way]["energy"])[np.array(r[way]["end"]) == "arrived"] / r["planned energy"]
+        for r in routes
+    ])  # fmt: skip
+    return {
+        "ends": {end: ends.count(end) for end in sorted(set(ends))},
+        "drives that dug in": sum(d > 0 for r in routes for d in r[way]["dug"]),
+        "mean slip": float(np.mean([s for r in routes for s in r[way]["slip"]])),
+        "driven over planned energy: median, 5, 95 %": [
+            float(np.median(ratio)), *np.percentile(ratio, [5, 95]).tolist(),
+        ],
+        "within 15 % of planned": float(np.mean(np.abs(ratio - 1.0) <= 0.15)),
+    }  # fmt: skip
 
 
 def draw(found: dict[str, Any]) -> None:
@@ -343,8 +441,10 @@ def draw(found: dict[str, Any]) -> None:
     for axes, key, scale, name in (
         (one, "energy", 1e-3, "energy driven [kJ]"), (two, "slip", 100.0, "slip of the wheels [%]"),
     ):  # fmt: skip
-        short, least = ([scale * float(np.mean(r[k][key])) for r in rows] for k in KINDS)
-        gone = [set(r["distance"]["end"]) == {"arrived"} for r in rows]
+        short, least = (
+            [scale * float(np.mean(r[k]["simulator"][key])) for r in rows] for k in KINDS
+        )
+        gone = [set(r["distance"]["simulator"]["end"]) == {"arrived"} for r in rows]
         for all_in, colour, label in (
             (True, "#0072B2", "all arrived"),
             (False, "#D55E00", "some shortest drives ended early"),

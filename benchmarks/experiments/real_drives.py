@@ -1,4 +1,4 @@
-"""Predictions for real rovers: Perseverance's stops at Jezero, Cuadriga's motor currents.
+"""Real rovers: Perseverance's stops at Jezero, Cuadriga's motor currents, Spirit's odometry.
 
     ROVERNAV_DATA=FOLDER python benchmarks/experiments/real_drives.py
 
@@ -10,6 +10,11 @@ Cuadriga: a skid-steered electric robot on slopes. Power is taken to follow the 
 motor currents; idle current, current per newton and rolling resistance are fitted on every second
 log, in the order of their names, and judged on the others. Attitude comes once from the elevation
 model along the course, once from the IMU. Nothing else is fitted, and no log is left out.
+
+Spirit: the track by wheel odometry and IMU beside the one corrected from images, by site: the
+stretch between two places where its position was taken anew. For each the scale and the turn that
+bring the first nearest to the second; a model of both is fitted on every second site, in their
+order, and judged on the others.
 """
 
 from __future__ import annotations
@@ -23,7 +28,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from pyproj import Transformer
-from scipy import ndimage, optimize
+from scipy import ndimage, optimize, stats
 
 from rovernav.core import Frame
 from rovernav.rover import (
@@ -53,7 +58,8 @@ def main() -> None:
     named = os.environ.get("ROVERNAV_DATA")
     if not named:
         sys.exit("set ROVERNAV_DATA to the folder of the development data")
-    for name, value in {**jezero(Path(named)), **cuadriga(Path(named))}.items():
+    data = Path(named)
+    for name, value in {**jezero(data), **cuadriga(data), **spirit(data)}.items():
         print(f"{name:44s} {value:.3f}" if isinstance(value, float) else f"{name:44s} {value}")
 
 
@@ -206,6 +212,102 @@ def _course(x: Any, y: Any, reach: int = 10) -> tuple[Any, Any]:
     way = 0.5 * np.hypot(x[c] - x[a], y[c] - y[a])
     bend[b] = np.where(way > 0.1, turn / np.maximum(way, 0.1), np.inf)
     return course, bend
+
+
+class Sites(NamedTuple):
+    """Of each site of Spirit: way, errors of scale and heading [rad], where it ended wrongly."""
+
+    way: Any
+    scale: Any
+    turn: Any
+    net: Any
+
+    def some(self, which: Any) -> Sites:
+        """The sites of an index."""
+        return Sites(*(column[which] for column in self))
+
+
+SHORTEST, FREEDOM = 10.0, 3.0
+"""Sites with less way are left out [m]; tails are Student's, with so many degrees of freedom."""
+
+
+def spirit(data: Path) -> dict[str, Any]:
+    """Spirit's odometry: error of scale and of heading by site, fitted on half, judged on half."""
+    sites = _sites(data / "traverse/spirit_traverse.csv")
+    fit, test = sites.some(slice(0, None, 2)), sites.some(slice(1, None, 2))
+    out: dict[str, Any] = {
+        "spirit: sites, way [m]": f"{len(sites.way)}, {sites.way.sum():.0f}",
+        "spirit: error of place per way: quartiles, 95 %": _quartiles(sites.net / sites.way),
+        "spirit: error of scale: quartiles, 95 % of size": _quartiles(sites.scale),
+        "spirit: error of heading [deg]: quartiles": _quartiles(np.degrees(sites.turn)),
+    }
+    # A constant part for a site and one that grows on the way: a noise of d per root of a metre
+    # gives the mean scale of a way L the variance d^2 / L; a random walk of w per root of a metre
+    # gives the mean heading the variance w^2 L / 3.
+    scale = _spread(fit.scale, 1.0 / fit.way)
+    turn = _spread(fit.turn, fit.way / 3.0)
+    out["spirit: scale: mean, constant part, noise [m^0.5]"] = _three(scale)
+    out["spirit: heading: mean, constant part [rad], walk [rad/m^0.5]"] = _three(turn)
+    for name, got, law, grows in (
+        ("scale", test.scale, scale, 1.0 / test.way), ("heading", test.turn, turn, test.way / 3.0),
+    ):  # fmt: skip
+        z = np.abs(got - law[0]) / np.sqrt(law[1] ** 2 + law[2] ** 2 * grows)
+        inside = [float(np.mean(z <= stats.t.ppf(0.5 + 0.5 * p, FREEDOM))) for p in (0.5, 0.9)]
+        out[f"spirit: held out: {name} within 50 %, 90 % bounds"] = (
+            f"{inside[0]:.2f}, {inside[1]:.2f}"
+        )
+    rng, draws = np.random.default_rng(0), (2000, len(test.way))
+    size = np.sqrt(scale[1] ** 2 + scale[2] ** 2 / test.way)
+    bent = np.sqrt(turn[1] ** 2 + turn[2] ** 2 * test.way / 3.0)
+    drawn = (1.0 + scale[0] + size * rng.standard_t(FREEDOM, draws)) * np.exp(
+        1j * (turn[0] + bent * rng.standard_t(FREEDOM, draws))
+    )
+    told = np.abs(drawn - 1.0)
+    for p in (50, 90):
+        share = float(np.mean(test.net / test.way <= np.percentile(told, p, axis=0)))
+        out[f"spirit: held out: error of place within the {p} % bound"] = share
+    rho = stats.spearmanr(np.abs(sites.turn - np.median(sites.turn)), sites.way)
+    out["spirit: size of the heading's error over way, rank correlation"] = float(rho.statistic)
+    return out
+
+
+def _sites(path: Path) -> Sites:
+    rows = np.genfromtxt(path, delimiter=",", skip_header=1)
+    site, raw, told = rows[:, 0], rows[:, 4] + 1j * rows[:, 5], rows[:, 7] + 1j * rows[:, 8]
+    found: list[tuple[float, float, float, float]] = []
+    for number in np.unique(site):
+        at = np.flatnonzero(site == number)
+        at = np.arange(max(0, at[0] - 1), at[-1] + 1)  # from where the last one ended
+        step, true = np.diff(raw[at]), np.diff(told[at])
+        way = np.abs(step).sum()
+        if way >= SHORTEST:
+            z = np.vdot(step, true) / np.vdot(step, step).real
+            net = abs(true.sum() - step.sum())
+            found.append((way, abs(z) - 1.0, float(np.angle(z)), net))
+    return Sites(*np.array(found).T)
+
+
+def _spread(got: Any, grows: Any) -> tuple[float, float, float]:
+    """Mean, and the constant and the growing part of the spread, most likely by Student's t."""
+
+    def unlikely(x: Any) -> float:
+        size = np.sqrt(np.exp(2.0 * x[1]) + np.exp(2.0 * x[2]) * grows)
+        return -float(stats.t.logpdf((got - x[0]) / size, FREEDOM).sum() - np.log(size).sum())
+
+    starts = [(np.median(got), math.log(a), math.log(b)) for a in (0.01, 0.05) for b in (1e-3, 0.1)]
+    fits = [optimize.minimize(unlikely, x, method="Nelder-Mead", options={"maxiter": 4000})
+            for x in starts]  # fmt: skip
+    best = min(fits, key=lambda fit: fit.fun).x
+    return float(best[0]), math.exp(best[1]), math.exp(best[2])
+
+
+def _quartiles(got: Any) -> str:
+    low, middle, high = np.percentile(got, [25, 50, 75])
+    return f"{low:.3f}, {middle:.3f}, {high:.3f}; {np.percentile(np.abs(got), 95):.3f}"
+
+
+def _three(numbers: Any) -> str:
+    return ", ".join(f"{number:.4f}" for number in numbers)
 
 
 if __name__ == "__main__":
