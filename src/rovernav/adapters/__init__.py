@@ -47,4 +47,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
 __all__ = ["DaskExecutor", "Physics", "Rested", "connect", "open_executor", "write_bag"]

@@ -128,23 +128,30 @@ def _point_box(x: float, y: float, box: Any) -> float:
 
 
 @kernel()
-def closest_cell(points: Any, blocked: Any, reach: Any, out: Any) -> None:
-    """Distance from each segment of a path to the nearest blocked unit cell.
+def closest_cell(segments: Any, blocked: Any, reach: Any, least: Any) -> float:
+    """Distance from the nearest of many segments to the blocked unit cell nearest to it.
 
     Args:
-        points: The path (k, 2), in cells.
+        segments: Ends ax, ay, bx, by of each (m, 4), in cells; those that are sure to be far come
+            last.
         blocked: The grid (h, w).
-        reach: For each segment (k-1,), a radius around its start that surely holds that cell.
-        out: Distances (k-1,); inf where nothing is blocked within reach.
+        reach: For each segment (m,), a radius around its start that surely holds that cell.
+        least: For each segment (m,), what its distance is at least, rising.
+
+    Returns:
+        The distance; inf where nothing is blocked within reach.
     """
-    for k in range(points.shape[0] - 1):
-        ax, ay, bx, by = points[k, 0], points[k, 1], points[k + 1, 0], points[k + 1, 1]
-        best = np.inf
-        south, north = _touched(ay - reach[k], ay + reach[k], blocked.shape[0])
-        west, east = _touched(ax - reach[k], ax + reach[k], blocked.shape[1])
+    best = np.inf
+    for k in range(segments.shape[0]):
+        if least[k] > best:
+            break
+        ax, ay, bx, by = segments[k, 0], segments[k, 1], segments[k, 2], segments[k, 3]
+        far = min(reach[k], best + np.hypot(bx - ax, by - ay))
+        south, north = _touched(ay - far, ay + far, blocked.shape[0])
+        west, east = _touched(ax - far, ax + far, blocked.shape[1])
         for row in range(south, north + 1):
             for column in range(west, east + 1):
                 if blocked[row, column]:
                     cell = (float(column), float(row), column + 1.0, row + 1.0)
                     best = min(best, segment_box(ax, ay, bx, by, cell))
-        out[k] = best
+    return best

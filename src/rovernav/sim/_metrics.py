@@ -61,10 +61,15 @@ def _to_grid(points: F64, grid: Grid) -> float:
     cell = grid.frame.cell
     cells = points / cell
     far = np.asarray(distance_transform_edt(grid.blocked == 0))
+    segments = np.concatenate([cells[:-1], cells[1:]], axis=1)
     rows = np.clip(cells[:-1, 1], 0, grid.blocked.shape[0] - 1).astype(int)
     columns = np.clip(cells[:-1, 0], 0, grid.blocked.shape[1] - 1).astype(int)
-    outside = np.hypot(cells[:-1, 0] - columns, cells[:-1, 1] - rows)
-    reach = far[rows, columns] + outside + np.hypot(*np.diff(cells, axis=0).T) + 2.0
-    out = np.empty(len(cells) - 1)
-    geometry.closest_cell(cells, grid.blocked, reach, out)
-    return float(out.min()) * cell
+    middle = far[rows, columns]
+    slack = np.hypot(cells[:-1, 0] - columns, cells[:-1, 1] - rows) + 2.0
+    along = np.hypot(*np.diff(cells, axis=0).T)
+    least = middle - slack - along
+    order = np.argsort(least, kind="stable")
+    found = geometry.closest_cell(
+        segments[order], grid.blocked, (middle + slack + along)[order], least[order]
+    )
+    return found * cell
