@@ -28,7 +28,7 @@ def rectangle_at(pose: Any, rectangle: Any = RECTANGLE) -> Polygon:
 
 
 def hull_at(a: Any, b: Any | None = None) -> tuple[Any, int]:
-    hull = np.empty((16, 2))
+    hull = np.empty((24, 2))
     a = tuple(map(float, a))
     return hull, k.hull_of(a, a if b is None else tuple(map(float, b)), RECTANGLE, hull)
 

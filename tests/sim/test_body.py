@@ -43,7 +43,7 @@ def plane(along: float, across: float = 0.0, *, side: float = 12.0, cell: float 
     return Ground(frame=Frame(cell=cell, shape=(n, n)), height=height)
 
 
-def on(
+def on(  # noqa: PLR0913
     ground: Ground | None,
     rover: Rover = RESEARCH,
     *,
@@ -83,7 +83,8 @@ def test_without_soil_and_ground_it_moves_as_a_differential_drive_to_the_bit() -
         state, other = body.step(state, command), plain.step(other, command)
         for name in ("time", "pose", "twist", "odometry"):
             assert_same_bits(getattr(state, name), getattr(other, name))
-    assert not state.attitude.any() and not state.energy.any() and not state.slip.any()
+    for name in ("attitude", "energy", "slip"):
+        assert not getattr(state, name).any()
 
 
 def test_the_papers_rover_moves_as_on_two_axes_to_the_bit() -> None:
@@ -188,7 +189,9 @@ def test_a_straight_drive_costs_what_drive_cost_says(rover: Rover, degrees: floa
     trace = simulate(set_up)
     cost = drive_cost(rise, 0.0, 0.0, drive_table(rover))
     assert trace.ended() is Outcome.TIMED_OUT
-    assert trace.energy is not None and trace.slip is not None and trace.attitude is not None
+    assert trace.energy is not None
+    assert trace.slip is not None
+    assert trace.attitude is not None
     assert trace.energy[-1, 0] / trace.length[0] == pytest.approx(float(cost.energy), rel=1e-5)
     assert 26.0 / trace.length[0] == pytest.approx(float(cost.time), rel=1e-5)
     assert trace.slip[-1, 0, 0] == pytest.approx(float(cost.slip), abs=1e-5)
@@ -243,7 +246,9 @@ def test_each_rovers_luck_is_its_own() -> None:
         for seed, spread in [(0, 0.3), (1, 0.3), (0, 0.0)]
     }
     one, other, none = traces.values()
-    assert one.slip is not None and other.slip is not None and none.slip is not None
+    assert one.slip is not None
+    assert other.slip is not None
+    assert none.slip is not None
     share = one.slip[-1, :, 0] / none.slip[-1, :, 0]
     assert 0.7 <= share.min() < 0.9 < 1.1 < share.max() <= 1.3
     assert (one.slip[-1] != other.slip[-1]).any()
@@ -422,7 +427,8 @@ def test_ends_come_at_the_start_too() -> None:
     assert [trace.ended(k) for k in (0, 1)] == [Outcome.TIPPED, Outcome.LEFT_MAP]
     assert simulate(on(None, worlds=wall(), start=((4.8, 6, 0),))).ended() is Outcome.COLLIDED
     here = simulate(on(plane(0.0), goal=(3.0, 6.0)))
-    assert here.ended() is Outcome.REACHED and here.steps[0] == 0
+    assert here.ended() is Outcome.REACHED
+    assert here.steps[0] == 0
 
 
 def test_a_command_to_nowhere_loses_it_where_it_stands() -> None:
@@ -557,7 +563,7 @@ def test_a_mirrored_world_gives_the_mirrored_drive(rover: Rover) -> None:
     side = ground.frame.extent[1]
     a = simulate(on(ground, rover, start=((6.0, 7.0, 0.4),), twist=(0.3, 0, 0.1)))
     b = simulate(on(mirrored, rover, start=((6.0, side - 7.0, -0.4),), twist=(0.3, 0, -0.1)))
-    assert_allclose(b.path(), a.path() * (1, -1) + (0, side), atol=1e-6)
+    assert_allclose(b.path(), a.path() * (1, -1) + np.array([0.0, side]), atol=1e-6)
     assert_allclose(b.attitude, a.attitude * (1, 1, -1), atol=1e-5)  # type: ignore[operator]
     assert_allclose(b.energy, a.energy, rtol=1e-5)  # type: ignore[arg-type]
 
@@ -569,7 +575,7 @@ def test_a_shifted_world_gives_the_shifted_drive() -> None:
     lower = Ground(frame=Frame(cell=0.1, shape=wide.shape), height=wide)
     a = simulate(on(ground, start=((6.0, 7.0, 0.4),), twist=(0.3, 0, 0.1)))
     b = simulate(on(lower, start=((6.0, 10.0, 0.4),), twist=(0.3, 0, 0.1)))
-    assert_allclose(b.path(), a.path() + (0, 3.0), atol=1e-9)
+    assert_allclose(b.path(), a.path() + np.array([0.0, 3.0]), atol=1e-9)
     assert_allclose(b.attitude, a.attitude, atol=1e-9)  # type: ignore[arg-type]
 
 

@@ -163,7 +163,11 @@ def _drive_part(
     twist[0], twist[1], twist[2] = u, v, w
     after.slip[k, 0], after.slip[k, 1] = slip, -side
     stretch = np.sqrt(1.0 + p * p)
-    made, slid = (1.0 - slip) / stretch, -side * stretch / np.sqrt(stretch * stretch + q * q)
+    normal = np.sqrt(stretch * stretch + q * q)
+    made, slid = (
+        (1.0 - slip) / stretch + side * p * q / (normal * stretch),
+        -side * stretch / normal,
+    )
     after.stall[k, 0] += part * np.sqrt(wanted[0] * wanted[0] + wanted[1] * wanted[1])
     after.stall[k, 1] += part * (1.0 - slip) * np.sqrt(mu * mu + mv * mv)
     return (mu * made - mv * slid) * part, (mv * made + mu * slid) * part, mw * (1.0 - slip) * part
@@ -243,7 +247,7 @@ def _stuck(stall: Any, n: Any) -> bool:
 @kernel()
 def _rooms() -> Any:
     return (
-        np.empty((6, 3)), np.empty(6), np.zeros(st.SETTLED), np.empty((16, 2)), np.empty(3),
+        np.empty((6, 3)), np.empty(6), np.zeros(st.SETTLED), np.empty((24, 2)), np.empty(3),
         np.empty(3),
     )  # fmt: skip
 

@@ -3,8 +3,8 @@
 The rectangle goes from one pose to another with a constant body twist, so its points move on arcs.
 An arc is cut into parts; over a part the convex hull of the rectangle at both ends, grown by the
 farthest that an arc can bulge from its chord, holds all that the rectangle passes. So nothing that
-it touches is missed, and nothing is touched that it passes by more than the bulge; straight ways
-and rectangles at rest have none and are exact. What is met is decided as in `geometry`.
+it touches is missed, and nothing is touched that it passes by more than twice the bulge; straight
+ways and rectangles at rest have none and are exact. What is met is decided as in `geometry`.
 
 Symbols: pose x [m], y [m], heading [rad]; rectangle (rear, front, right, left) in body axes [m];
 hull corners (m, 2) counter-clockwise [m]; e the bulge [m].
@@ -50,39 +50,39 @@ def _corner(at: tuple[float, float, float], x: float, y: float, row: int, out: A
 def hull_of(
     a: tuple[float, float, float], b: tuple[float, float, float], rectangle: Any, hull: Any
 ) -> int:
-    """Write the convex hull of the rectangle at two poses to `hull` (16, 2); returns its corners.
+    """Write the convex hull of the rectangle at two poses to `hull` (24, 2); returns its corners.
 
-    Andrew's monotone chain (1979). Rows 8 to 15 are scratch.
+    Andrew's monotone chain (1979). Rows 16 to 23 are scratch.
     """
     rear, front, right, left = rectangle[0], rectangle[1], rectangle[2], rectangle[3]
     count = 4 if a[0] == b[0] and a[1] == b[1] and a[2] == b[2] else 8
     for k in range(count // 4):
-        at, row = (a if k == 0 else b), 8 + 4 * k
+        at, row = (a if k == 0 else b), 16 + 4 * k
         _corner(at, rear, right, row, hull)
         _corner(at, front, right, row + 1, hull)
         _corner(at, front, left, row + 2, hull)
         _corner(at, rear, left, row + 3, hull)
     if count == 4:
-        hull[:4] = hull[8:12]
+        for k in range(4):
+            hull[k, 0], hull[k, 1] = hull[16 + k, 0], hull[16 + k, 1]
         return 4
-    points = hull[8:16]
-    for i in range(1, 8):
-        x, y, j = points[i, 0], points[i, 1], i - 1
-        while j >= 0 and (points[j, 0] > x or (points[j, 0] == x and points[j, 1] > y)):
-            points[j + 1, 0], points[j + 1, 1] = points[j, 0], points[j, 1]
+    for i in range(17, 24):
+        x, y, j = hull[i, 0], hull[i, 1], i - 1
+        while j >= 16 and (hull[j, 0] > x or (hull[j, 0] == x and hull[j, 1] > y)):
+            hull[j + 1, 0], hull[j + 1, 1] = hull[j, 0], hull[j, 1]
             j -= 1
-        points[j + 1, 0], points[j + 1, 1] = x, y
-    lower = _chain(points, hull, 0, 1)
-    return lower + _chain(points, hull, lower, -1)
+        hull[j + 1, 0], hull[j + 1, 1] = x, y
+    lower = _chain(hull, 0, 1)
+    return lower + _chain(hull, lower, -1)
 
 
 @kernel()
-def _chain(points: Any, hull: Any, first: int, way: int) -> int:
-    """Write half of the hull of eight sorted points from row `first` on, its last corner not."""
+def _chain(hull: Any, first: int, way: int) -> int:
+    """Write half of the hull of the sorted scratch from row `first` on, its last corner not."""
     size = first
     for n in range(8):
-        i = n if way > 0 else 7 - n
-        x, y = points[i, 0], points[i, 1]
+        i = 16 + n if way > 0 else 23 - n
+        x, y = hull[i, 0], hull[i, 1]
         while size >= first + 2:
             ax, ay, bx, by = (
                 hull[size - 2, 0],
