@@ -2,8 +2,9 @@
 
     python benchmarks/experiments/long_route.py [--cells 40000] [--folder /tmp] [--rover NAME]
 
-Makes ground with cells of 2.5 m (self-affine relief, craters, holes; seed 7), strip by
-strip, as a tiled and compressed GeoTIFF; asks `rovernav route` in a process of its own for the way
+Makes ground with cells of 2.5 m as a tiled and compressed GeoTIFF: self-affine relief that is
+repeated every 4096 cells, rough in some regions and smooth in others, on hills of 1500 m, with
+holes, all of it by one seed. It asks `rovernav route` in a process of its own for the way
 from corner to corner; and compares parts of it with the optimum of a planner that looks at all
 cells of a window around the part at once. The file is deleted afterwards. Wall time depends on the
 disk and on what else runs; processor time less so.
@@ -25,12 +26,15 @@ from typing import Any
 import numpy as np
 import rasterio
 from rasterio.windows import Window as Area
+from scipy import ndimage
 
 from rovernav.plan import directed, going
 from rovernav.rover import hazards, read_rover
-from rovernav.terrain import Craters, Ground, Recipe, Relief, Window, open_raster
+from rovernav.terrain import Window, open_raster
 
-CELL, SEED, ROWS = 2.5, 7, 512
+CELL, SEED, ROWS = 2.5, 11, 512
+RISE = 0.48
+"""Rms height between neighbouring posts where the ground is of mean roughness [m]."""
 WIDE = 6000
 """Cells along a side of the windows that are planned on at once."""
 
@@ -58,13 +62,12 @@ def main() -> None:
 
 
 def _make(file: Path, cells: int) -> None:
-    began = time.perf_counter()
-    recipe = Recipe(
-        size=(cells * CELL, cells * CELL), cell=CELL,
-        relief=Relief(hurst=0.9, slope=np.arctan(0.24), baseline=CELL),
-        craters=Craters(body="mars", age=3.5, smallest=60.0, largest=6000.0), holes=0.02,
-    )  # fmt: skip
-    ground = Ground.made(recipe, SEED)
+    began, rng = time.perf_counter(), np.random.default_rng(SEED)
+    fine = _fractal(rng, 4096, 0.85)
+    fine *= RISE / np.diff(fine, axis=1).std()
+    hills, rough, lakes = (_fractal(rng, 512, 0.9) for _ in range(3))
+    hills *= 1500.0 / np.ptp(hills)
+    rough = 0.5 + 1.2 * np.clip(rough / rough.std() - 0.6, 0.0, 1.0)  # islands
     profile: dict[str, Any] = {
         "driver": "GTiff", "count": 1, "height": cells, "width": cells, "dtype": "float32",
         "nodata": float("nan"), "tiled": True, "blockxsize": 256, "blockysize": 256,
@@ -72,17 +75,38 @@ def _make(file: Path, cells: int) -> None:
         "num_threads": "all_cpus",
         "transform": rasterio.Affine(CELL, 0.0, 0.0, 0.0, -CELL, cells * CELL),
     }  # fmt: skip
+    columns = np.arange(cells)
     with rasterio.Env(GDAL_CACHEMAX=256), rasterio.open(file, "w", **profile) as data:
         for top in range(0, cells, ROWS):
-            rows = min(ROWS, cells - top)
-            for left in range(0, cells, 8192):
-                columns = min(8192, cells - left)
-                part = ground.read(Window(row=cells - top - rows, column=left, rows=rows,
-                                          columns=columns))  # fmt: skip
-                heights = np.round(part.height[::-1] + part.offset, 2).astype(np.float32)
-                data.write(heights, 1, window=Area(left, top, columns, rows))
-            print(f"\rmade {top + rows:,} rows, {time.perf_counter() - began:.0f} s", end="")
+            rows = np.arange(top, min(top + ROWS, cells))
+            wide = fine[np.ix_(rows % len(fine), columns % len(fine))]
+            heights = wide * _between(rough, rows, columns, cells)
+            heights += _between(hills, rows, columns, cells)
+            heights[_between(lakes, rows, columns, cells) > 1.8 * lakes.std()] = np.nan
+            data.write(np.round(heights, 2), 1, window=Area(0, top, cells, len(rows)))
+            print(f"\rmade {rows[-1] + 1:,} rows, {time.perf_counter() - began:.0f} s", end="")
     print()
+
+
+def _fractal(rng: np.random.Generator, n: int, hurst: float) -> Any:
+    """Periodic self-affine relief (n, n), float32."""
+    k = np.hypot(np.fft.fftfreq(n)[:, None], np.fft.rfftfreq(n)[None])
+    k[0, 0] = np.inf
+    spectrum = np.fft.rfft2(rng.normal(size=(n, n))) * k ** (-1.0 - hurst)
+    return np.fft.irfft2(spectrum, (n, n)).astype(np.float32)
+
+
+def _between(coarse: Any, rows: Any, columns: Any, cells: int) -> Any:
+    """A coarse periodic field stretched over all cells, bilinear."""
+    n = len(coarse)
+    parts = []
+    for at in (rows, columns):
+        place = at * (n / cells)
+        low = place.astype(int)
+        parts.append((low, (low + 1) % n, (place - low).astype(np.float32)))
+    (i, up, v), (j, right, u) = parts
+    lines = coarse[i] * (1.0 - v[:, None]) + coarse[up] * v[:, None]
+    return lines[:, j] * (1.0 - u) + lines[:, right] * u
 
 
 def _route(file: Path, asked: argparse.Namespace) -> tuple[dict[str, Any], Any]:
@@ -107,22 +131,25 @@ def _route(file: Path, asked: argparse.Namespace) -> tuple[dict[str, Any], Any]:
         f"{told['status']}: {wall:.1f} s, {used.ru_utime + used.ru_stime:.1f} s of processor time, "
         f"{used.ru_maxrss / 1e6:.2f} GB at most"
     )
-    print(told["reason"] or f"{told['length_m'] / 1e3:.2f} km for {told['straight_m'] / 1e3:.2f} km "
-          f"in a straight line, {told['forbidden_share']:.1%} forbidden, {told['points']:,} points, "
-          f"blocks of {told['block']}")  # fmt: skip
+    print(told["reason"] or (
+        f"{told['length_m'] / 1e3:.2f} km for {told['straight_m'] / 1e3:.2f} km in a straight "
+        f"line, {told['forbidden_share']:.1%} forbidden, {told['points']:,} points, blocks of "
+        f"{told['block']}"
+    ))  # fmt: skip
     table = np.genfromtxt(out / "route.csv", delimiter=",", names=True)
     print("pictures:", out / "route.png", os.path.getsize(out / "route.png"))
     return told, np.column_stack([table["x_m"], table["y_m"]])
 
 
 def _free_ends(file: Path, rover: str, wanted: Any) -> list[Any]:
-    """The free places nearest to those wanted."""
+    """The places nearest to those wanted that are free and not enclosed nearby."""
     raster, who = open_raster(file), read_rover(rover)
     ends = []
     for x, y in wanted:
         row, column = round(y / CELL) - 200, round(x / CELL) - 200
         part = raster.read(Window(row=row, column=column, rows=400, columns=400))
-        free = np.argwhere(hazards(part, who).blocked == 0)
+        pieces, _count = ndimage.label(hazards(part, who).blocked == 0)
+        free = np.argwhere(pieces == np.bincount(pieces.ravel())[1:].argmax() + 1)
         i, j = free[((free - 200) ** 2).sum(axis=1).argmin()]
         ends.append(((column + j + 0.5) * CELL, (row + i + 0.5) * CELL))
     return ends

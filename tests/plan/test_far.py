@@ -58,7 +58,7 @@ def maze(n: int, rng: np.random.Generator, wide: int = 32, wall: int = 5) -> np.
     while stack:
         i, j = stack[-1]
         near = [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)]
-        near = [p for p in near if p not in seen and 0 <= min(p) and max(p) < rooms]
+        near = [p for p in near if p not in seen and min(p) >= 0 and max(p) < rooms]
         if not near:
             stack.pop()
             continue
