@@ -79,13 +79,16 @@ def test_the_pages_pyproject_offers_what_the_page_says(page: str) -> None:
     assert len(lines) <= 10
 
 
-@pytest.mark.usefixtures("mine")
-def test_the_page_says_what_happens(here: Path, page: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_page_says_what_happens(
+    install: Install, here: Path, page: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from tests.docs.pages import fits
     from tests.docs.pages import run as run_page
 
     monkeypatch.setenv("COLUMNS", "80")
     monkeypatch.setenv("NO_COLOR", "1")
+    files = {"swerve.py": page_file(page, "swerve.py")}
+    install("my-rover", files, controller={"swerve": "swerve:Swerve"})
     shown = page.replace("pip install ./my-rover", "true").replace("```sh", "```bash")
     outputs = 0
     for step, printed in run_page(shown.replace("```py\n", "```python\n"), here):
@@ -139,11 +142,10 @@ def test_parts_of_a_batch_measure_the_same(here: Path) -> None:
 
     write_ground(here / "ground.tif")
     pairs = draw_pairs(read_terrain("ground.tif"), read_rover("research"), 23, nearest=4.0)
-    with Threads(2) as threads:
-        both = [
-            score(pairs, "x", GoalSeeker(), executor=who, metrics=[find_metric("turning")])
-            for who in (None, threads)
-        ]
+    both = [
+        score(pairs, "x", GoalSeeker(), executor=who, metrics=[find_metric("turning")])
+        for who in (None, Threads(2))
+    ]
     assert both[0].metrics == both[1].metrics
     assert both[0].metrics["turning"]["median"] > 0.0
     assert np.array_equal(both[0].trace.pose, both[1].trace.pose)
