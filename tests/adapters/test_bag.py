@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 
 from rovernav.adapters import write_bag
 from rovernav.core import Frame, InputError, MissingExtraError, SettingError
-from rovernav.sim import ClearSight, DifferentialDrive, RangeFan, Trace, simulate
+from rovernav.sim import ClearSight, DifferentialDrive, Odometry, RangeFan, Trace, simulate
 from rovernav.terrain import Terrain
 from tests.sim.drives import Always, drive
 
@@ -148,6 +148,63 @@ def _check_frames(found: Any, trace: Trace) -> None:
         assert all(stamp_of(one.header) == stamp for stamp, one in mine)
         places = [at(one.transform.translation)[:2] for _, one in mine]
         assert places == [*map(tuple, trace.path(k))]
+
+
+def matrix(turn: Any) -> np.ndarray:
+    """A quaternion as a rotation matrix, by SciPy."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix()
+
+
+def test_a_body_has_its_attitude_and_height(terrain: Terrain, tmp_path: Path) -> None:
+    import dataclasses
+
+    trace = driven(STARTS[0])
+    rng = np.random.default_rng(2)
+    attitude = rng.normal(0.0, 0.2, (*trace.time.shape, 3))
+    attitude[..., 0] -= 2598.0
+    trace = dataclasses.replace(trace, attitude=attitude)
+    write_bag(trace, tmp_path / "a.mcap", terrain=terrain)
+    for (_, one), (height, pitch, roll), pose in zip(
+        said(tmp_path / "a.mcap")["/odom"], attitude[:, 0], trace.pose[:, 0], strict=True
+    ):
+        turned = matrix(one.pose.pose.orientation)
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        # x of the body: towards the heading, up by the pitch; z of its left side: up by the roll.
+        ahead = [np.cos(pitch) * c, np.cos(pitch) * s, np.sin(pitch)]
+        assert_allclose(turned[:, 0], ahead, rtol=0, atol=1e-12)
+        assert_allclose(turned[2, 1], np.sin(roll) * np.cos(pitch), rtol=0, atol=1e-12)
+        assert_allclose(one.pose.pose.position.z, height + 2600.0, rtol=0, atol=1e-9)
+
+
+def test_odometry_that_drifts_is_what_the_rover_believes(tmp_path: Path) -> None:
+    set_up = drive(
+        Always(0.25, 0.0, 0.2), starts=STARTS[:2], goal=(19.0, 19.0), limit=9.0,
+        sensors=(Odometry(),), motion=DifferentialDrive(speed=1.0, turn_rate=1.0, period=0.3),
+    )  # fmt: skip
+    trace = simulate(set_up, seed=3)
+    write_bag(trace, tmp_path / "a.mcap")
+    found = said(tmp_path / "a.mcap")
+    assert "/tf_static" not in found
+    moved = [t for _, message in found["/tf"] for t in message.transforms]
+    for k in (0, 1):
+        told = trace.channels["estimate"][:, k]
+        shown = [at(one.pose.pose.position)[:2] for _, one in found[f"/rover{k}/odom"]]
+        assert shown[:-1] == [*map(tuple, told[:, :2])]
+        assert np.hypot(*(np.array(shown[-1]) - trace.path(k)[-1])) > 1e-3
+        body = [t for t in moved if t.child_frame_id == f"rover{k}/base_link"]
+        root = [t for t in moved if t.child_frame_id == f"rover{k}/odom"]
+        assert {t.header.frame_id for t in root} == {"map"}
+        for low, high, pose in zip(root, body, trace.pose[:, k], strict=True):
+            turned = matrix(low.transform.rotation)
+            place = turned @ at(high.transform.translation) + at(low.transform.translation)
+            assert_allclose(place[:2], pose[:2], rtol=0, atol=1e-9)
+            whole = turned @ matrix(high.transform.rotation)
+            assert_allclose(whole[:2, 0], (np.cos(pose[2]), np.sin(pose[2])), rtol=0, atol=1e-9)
+        assert [at(one.pose.position)[:2] for one in found[f"/rover{k}/path"][0][1].poses] == [
+            *map(tuple, trace.path(k))
+        ]
 
 
 def test_some_beams_met_something() -> None:

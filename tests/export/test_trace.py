@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,27 @@ def test_a_path_alone_has_neither_commands_nor_readings(tmp_path: Path) -> None:
     rows = read(tmp_path / "t.csv")
     assert list(rows[0])[6:] == ["map_x", "map_y", "elevation_m", "outcome"]
     assert (rows[0]["map_x"], rows[0]["map_y"]) == ("101.25", "-5.5")
+
+
+def test_rovers_with_bodies_tell_how_they_stood_slipped_and_spent(tmp_path: Path) -> None:
+    trace = driven()
+    rng = np.random.default_rng(0)
+    shape = trace.time.shape
+    trace = dataclasses.replace(
+        trace, attitude=rng.normal(size=(*shape, 3)), slip=rng.normal(size=(*shape, 2)),
+        energy=rng.normal(size=shape),
+    )  # fmt: skip
+    write_trace_csv(trace, tmp_path / "t.csv")
+    rows = [row for row in read(tmp_path / "t.csv") if row["rover"] == "1"]
+    names = ["height_m", "pitch_rad", "roll_rad", "slip_along", "slip_left", "energy_j"]
+    assert list(rows[0])[6:12] == names
+    got = np.array([[float(row[name]) for name in names] for row in rows])
+    last = int(trace.steps[1]) + 1
+    assert trace.attitude is not None
+    assert trace.slip is not None
+    assert trace.energy is not None
+    kept = (trace.attitude[:last, 1], trace.slip[:last, 1], trace.energy[:last, 1, None])
+    assert np.array_equal(got, np.concatenate(kept, axis=1))
 
 
 def test_ends_alone_are_no_table(tmp_path: Path) -> None:

@@ -1,10 +1,8 @@
 """Optional packages put to use, one in each file.
 
-Dask as an executor, MuJoCo as a second opinion, ROS 2 bags, an environment for Gymnasium. Nothing
-below this room knows them, and they are loaded when something of theirs is called. Gymnasium
-imports this room when it is imported itself, so what is here is loaded when it is first used.
-Dask as an executor, MuJoCo as a second opinion on how rovers stand, bags for ROS 2. Nothing below
-this room knows them, and they are loaded when something of theirs is called.
+Dask as an executor, MuJoCo as a second opinion on how rovers stand, bags for ROS 2, an environment
+for Gymnasium. Nothing below this room knows them. Gymnasium imports this room when it is imported
+itself, so what is here is loaded when it is first used.
 """
 
 from __future__ import annotations
@@ -47,6 +45,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
-
-
-__all__ = ["DaskExecutor", "Physics", "Rested", "connect", "open_executor", "write_bag"]

@@ -1,8 +1,9 @@
 """Traces as ROS 2 bags, one MCAP file each: what rosbag2, Foxglove and rosbags open.
 
 Frames follow REP-105: ``map`` holds ``odom`` holds ``base_link``, x forward, y left, z up
-(REP-103). A trace knows the true poses, so ``odom`` lies on ``map`` without drift. Where there are
-several rovers, names begin with that of the rover: ``/rover3/odom``, frame ``rover3/odom``.
+(REP-103). Where a rover carries odometry that drifts, ``odom`` is what it believes, and ``map`` to
+``odom`` corrects it; otherwise they are one. Where there are several rovers, names begin with that
+of the rover: ``/rover3/odom``, frame ``rover3/odom``.
 """
 
 from __future__ import annotations
@@ -53,16 +54,18 @@ def write_bag(
 
     Topics of each rover, stamped with the seconds since the start:
 
-    - ``odom`` nav_msgs/Odometry: each pose, and the mean twist of the step that led there.
+    - ``odom`` nav_msgs/Odometry: where the rover thinks it is, and the mean twist of the step that
+      led there; roll and pitch of rovers with bodies.
     - ``cmd_vel`` geometry_msgs/Twist: each command, at the moment it was given.
     - ``scan`` sensor_msgs/LaserScan, one topic for each fan of beams, ``scan_NAME`` beyond the
       first; a beam that met nothing is +inf (REP-117). Other sensors: std_msgs/Float64MultiArray
       on ``sensors/NAME``.
-    - ``goal_pose`` geometry_msgs/PoseStamped at the start, ``path`` nav_msgs/Path, the way driven,
+    - ``goal_pose`` geometry_msgs/PoseStamped at the start, ``path`` nav_msgs/Path, the true way,
       and ``outcome`` std_msgs/String at the end.
     - ``/tf`` and ``/tf_static``.
 
-    Height z counts from the lowest point of the terrain; it is 0 without one.
+    Height z counts from the lowest point of the terrain; it is 0 without one. Rovers with bodies
+    have the height of their middle at the axles.
 
     Args:
         trace: The drives, recorded with all or with the path alone.
@@ -105,8 +108,9 @@ def need_rosbags() -> None:
 def _notes(messages: Messages, trace: Trace, sensors: Sequence[Sensor]) -> Iterator[Note]:
     fans = {sensor.name: sensor for sensor in sensors if _is_fan(sensor)}
     several = len(trace.outcome) > 1
-    static = [messages.origin(_name(k, several)) for k in range(len(trace.outcome))]
-    yield Note(0, "/tf_static", "tf2_msgs/msg/TFMessage", messages.transforms(static))
+    if not messages.drifts:
+        static = [messages.origin(_name(k, several)) for k in range(len(trace.outcome))]
+        yield Note(0, "/tf_static", "tf2_msgs/msg/TFMessage", messages.transforms(static))
     for k in range(len(trace.outcome)):
         yield from _rover(messages, trace, k, fans, _name(k, several))
 
@@ -131,7 +135,7 @@ def _rover(
     yield Note(0, f"/{name}goal_pose", "geometry_msgs/msg/PoseStamped", messages.goal(k, name))
     for step in range(steps + 1):
         at = stamps[step]
-        moved = messages.transforms([messages.transform(k, step, name)])
+        moved = messages.transforms(messages.transform(k, step, name))
         yield Note(at, "/tf", "tf2_msgs/msg/TFMessage", moved)
         yield Note(at, f"/{name}odom", "nav_msgs/msg/Odometry", messages.odometry(k, step, name))
         if step < len(trace.commands) and step < steps:

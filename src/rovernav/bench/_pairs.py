@@ -6,14 +6,25 @@ import dataclasses
 import itertools
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from ..core import F64, Controller, Executor, Mission, Outcome, Serial, SettingError, value, wilson
+from ..core import (
+    F64,
+    Controller,
+    Executor,
+    Metric,
+    Mission,
+    Outcome,
+    Serial,
+    SettingError,
+    value,
+    wilson,
+)
 from ..rover import Rover, standing
-from ..scenes import Scene, equip, fenced, free_pairs, pair_mission
+from ..scenes import Scene, carry, equip, fenced, free_pairs, pair_mission
 from ..sim import DriveState, Grid, Trace, Worlds, simulate
 from ..terrain import Terrain
 
@@ -52,6 +63,7 @@ class Score:
         high: Upper end.
         detour: Median of driven over straight length, of those that reached; NaN if none did.
         seconds: Time it took [s].
+        metrics: Of each metric that was asked for: median, and over how many drives.
     """
 
     name: str
@@ -62,6 +74,7 @@ class Score:
     high: float
     detour: float
     seconds: float
+    metrics: Mapping[str, Mapping[str, Any]] = dataclasses.field(default_factory=dict)
 
     def report(self) -> dict[str, Any]:
         """Plain numbers, without the trace."""
@@ -74,6 +87,7 @@ class Score:
             "outcomes": dict(self.counts),
             "detour": self.detour,
             "seconds": self.seconds,
+            "metrics": {name: dict(found) for name, found in self.metrics.items()},
         }
 
 
@@ -122,6 +136,15 @@ def draw_pairs(
     return Pairs(scene=scene, starts=starts, goals=goals, seed=seed)
 
 
+def carrying(pairs: Pairs, names: Sequence[str]) -> Pairs:
+    """The same pairs for a rover that carries sensors of installed plug-ins besides.
+
+    Raises:
+        RovernavError: As of `rovernav.scenes.carry`.
+    """
+    return dataclasses.replace(pairs, scene=carry(pairs.scene, names))
+
+
 def score(
     pairs: Pairs,
     name: str,
@@ -129,6 +152,7 @@ def score(
     *,
     executor: Executor | None = None,
     on_event: Callable[[float], object] | None = None,
+    metrics: Sequence[Metric] = (),
 ) -> Score:
     """Drive every pair with one controller.
 
@@ -139,12 +163,13 @@ def score(
         executor: Who does the work, some pairs at a time; this thread where not given. It changes
             nothing in the score but `seconds`, because no drive depends on those beside it.
         on_event: Told the share of drives that have ended.
+        metrics: What else to measure; then the paths of all drives are recorded meanwhile.
     """
     began = time.perf_counter()
     if executor is None or isinstance(executor, Serial):
-        trace = _drive(pairs, controller, on_event)
+        trace, values = _drive(pairs, controller, on_event, metrics)
     else:
-        trace = _drive_apart(pairs, controller, executor, on_event)
+        trace, values = _drive_apart(pairs, controller, executor, on_event, metrics)
     reached = trace.outcome == Outcome.REACHED
     straight = np.hypot(*(pairs.goals - pairs.starts).T)
     low, high = wilson(int(reached.sum()), len(reached))
@@ -159,7 +184,13 @@ def score(
         high=high,
         detour=float(np.median((trace.length / straight)[reached])) if reached.any() else math.nan,
         seconds=time.perf_counter() - began,
+        metrics={one.name: _median(*values[one.name]) for one in metrics},
     )
+
+
+def _median(values: Any, valid: Any) -> dict[str, Any]:
+    count = int(valid.sum())
+    return {"median": float(np.median(values[valid])) if count else None, "drives": count}
 
 
 Told = Callable[[float], object] | None
@@ -167,18 +198,43 @@ Ends = dict[str, Any]
 """Arrays of a trace without record: time, pose, outcome, steps, length."""
 
 
-def _drive(pairs: Pairs, controller: Controller, on_event: Told) -> Trace:
+Measured = dict[str, tuple[Any, Any]]
+"""Values and which of them mean something, by metric."""
+
+
+def _drive(
+    pairs: Pairs, controller: Controller, on_event: Told, metrics: Sequence[Metric]
+) -> tuple[Trace, Measured]:
     """All pairs as one batch, in this thread."""
 
     def watch(state: DriveState) -> None:
         if on_event is not None:
             on_event(1.0 - float(state.rovers.driving.mean()))
 
-    drive = pairs.scene.drive(controller)
-    return simulate(drive, seed=pairs.seed, record="none", on_event=watch)
+    return _measured(pairs.scene, controller, pairs.seed, metrics, watch)
 
 
-def _drive_apart(pairs: Pairs, controller: Controller, executor: Executor, on_event: Told) -> Trace:
+def _measured(
+    scene: Scene,
+    controller: Controller,
+    seed: int,
+    metrics: Sequence[Metric],
+    watch: Callable[[DriveState], None] | None = None,
+) -> tuple[Trace, Measured]:
+    record = "path" if metrics else "none"
+    trace = simulate(scene.drive(controller), seed=seed, record=record, on_event=watch)
+    values = {metric.name: metric.compute(trace, scene.worlds) for metric in metrics}
+    last = {name: getattr(trace, name)[-1:] for name in ("time", "pose")}
+    return dataclasses.replace(trace, **last), values
+
+
+def _drive_apart(
+    pairs: Pairs,
+    controller: Controller,
+    executor: Executor,
+    on_event: Told,
+    metrics: Sequence[Metric],
+) -> tuple[Trace, Measured]:
     """The same trace from parts that others drive."""
     mission = pairs.scene.mission
     count = len(mission.start)
@@ -189,13 +245,18 @@ def _drive_apart(pairs: Pairs, controller: Controller, executor: Executor, on_ev
         if on_event is not None:
             on_event(next(done) / len(parts))
 
-    shared = (pairs.scene, controller, pairs.seed)  # the scene is the same for every controller
+    shared = (
+        pairs.scene,
+        controller,
+        pairs.seed,
+        tuple(metrics),
+    )  # the scene is the same for every controller
     ends = list(executor.map(_drive_part, parts, shared=shared, on_done=tell))
     joined: dict[str, Any] = {
         name: np.concatenate([part[name] for part in ends], axis=axis)
         for name, axis in (("time", 1), ("pose", 1), ("outcome", 0), ("steps", 0), ("length", 0))
     }
-    return Trace(
+    trace = Trace(
         commands=np.empty((0, count, 3)),
         channels={},
         mission=mission,
@@ -203,11 +264,18 @@ def _drive_apart(pairs: Pairs, controller: Controller, executor: Executor, on_ev
         settings={},
         **joined,
     )
+    values = {one.name: _joined(ends, f"metric:{one.name}") for one in metrics}
+    return trace, values
 
 
-def _drive_part(shared: tuple[Scene, Controller, int], rows: slice) -> Ends:
+def _joined(ends: Sequence[Ends], key: str) -> tuple[Any, Any]:
+    values, valid = (np.concatenate([part[key][i] for part in ends]) for i in (0, 1))
+    return values, valid
+
+
+def _drive_part(shared: tuple[Scene, Controller, int, tuple[Metric, ...]], rows: slice) -> Ends:
     """Drive some of the pairs: a job for an executor."""
-    scene, controller, seed = shared
+    scene, controller, seed, metrics = shared
     worlds, mission = scene.worlds, scene.mission
     part = dataclasses.replace(
         scene,
@@ -219,8 +287,9 @@ def _drive_part(shared: tuple[Scene, Controller, int], rows: slice) -> Ends:
             time_limit=mission.time_limit,
         ),
     )
-    trace = simulate(part.drive(controller), seed=seed, record="none")
-    return {name: getattr(trace, name) for name in ("time", "pose", "outcome", "steps", "length")}
+    trace, values = _measured(part, controller, seed, metrics)
+    ends = {name: getattr(trace, name) for name in ("time", "pose", "outcome", "steps", "length")}
+    return {**ends, **{f"metric:{name}": of for name, of in values.items()}}
 
 
 def _farthest(side: float) -> float:

@@ -21,6 +21,7 @@ from ._export import export
 from ._inspect import inspect
 from ._mistakes import sentence
 from ._paper import paper
+from ._plugins import plugins
 from ._route import route
 from ._studio import studio
 from ._sweep import sweep
@@ -43,6 +44,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "terrain": terrain,
     "inspect": inspect,
     "export": export,
+    "plugins": plugins,
     "demo": demo,
     "studio": studio,
 }
@@ -107,7 +109,9 @@ def _paragraphs(command: Callable[..., Any]) -> str:
 
 def _answer(error: Exception) -> int:
     """Say what went wrong: a user's mistake, the machine's refusal, or a defect of ours."""
-    from ..core import RovernavError, WorkerError  # late, because --help needs no room but this one
+    # Late, because --help needs no room but this one.
+    from ..core import RovernavError, WorkerError
+    from ..core.plugins import USED
 
     if isinstance(error, RovernavError):
         cause = error.__cause__
@@ -119,6 +123,10 @@ def _answer(error: Exception) -> int:
         return complain(f"the system refused: {error.strerror}{where}", FAILURE)
     if os.environ.get("ROVERNAV_DEBUG"):
         raise error
+    used = ", ".join(dict.fromkeys(one.called for one in USED))
+    if used:
+        message = f"{used} may be at fault: {type(error).__name__}: {error}"
+        return complain(message, FAILURE, hint="See: rovernav plugins --check")
     message = f"a defect of rovernav: {type(error).__name__}: {error}"
     return complain(message, FAILURE, hint="ROVERNAV_DEBUG=1 shows where")
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 from ._console import print_json, print_table, progress_bar, say
 from ._options import Cell, InFile, Json, Seed, Whole
+from ._parts import measures_of, names_in
 from ._workers import Place
 
 
@@ -16,8 +18,15 @@ def compare(
     /,
     *,
     controllers: Annotated[
-        str, Parameter(help="Names or network files, joined by commas.")
+        str, Parameter(help="Names (those of plug-ins too) or network files, joined by commas.")
     ] = "neural,goal-seeker",
+    carry: Annotated[
+        str | None, Parameter(help="Sensors of plug-ins to carry besides, joined by commas.")
+    ] = None,
+    metrics: Annotated[
+        str | None,
+        Parameter(help="What to measure: closest, detour, energy, length or plug-ins, by commas."),
+    ] = None,
     pairs: Annotated[Whole, Parameter(help="Start and goal pairs.")] = 50,
     rover: Annotated[str, Parameter(help="Preset or rover file.")] = "research",
     cell: Cell | None = None,
@@ -31,7 +40,7 @@ def compare(
 
     Example: rovernav compare yard.tif --pairs 200 --controllers neural,goal-seeker,planner
     """
-    from ..bench import draw_pairs, score
+    from ..bench import carrying, draw_pairs, score
     from ..core import SettingError
     from ..learn import find_controller
     from ..rover import read_rover
@@ -43,15 +52,17 @@ def compare(
     drivers = [(name, find_controller(name)) for name in names]
     if not drivers:
         raise SettingError("--controllers names nobody; give one or more, like neural,goal-seeker")
+    measures = measures_of(names_in(metrics) or ())
     ground = read_terrain(terrain, cell=cell)
     vehicle = read_rover(rover)
     scores = []
     with (place or Place()).executor() as executor:
         drawn = draw_pairs(ground, vehicle, pairs, seed=seed, nearest=nearest, farthest=farthest)
+        drawn = carrying(drawn, names_in(carry) or ())
         for name, driver in drivers:
             with progress_bar(name) as update:
                 scores.append(
-                    score(drawn, name, driver, executor=executor,
+                    score(drawn, name, driver, executor=executor, metrics=measures,
                           on_event=lambda share: update(share, "ended"))
                 )  # fmt: skip
     if json:
@@ -66,5 +77,14 @@ def compare(
     ]  # fmt: skip
     title = f"{pairs} pairs on {ground.name}, rover {rover}, straight line blocked"
     print_table(title, ("", "reached", "95 % interval", "ends", "detour", "s"), rows)
+    if measures:
+        columns = ("", *(f"{one.name} [{one.unit}]" for one in measures))
+        medians = [(one.name, *(_median(one.metrics[m.name]) for m in measures)) for one in scores]
+        print_table("Medians of what was measured", columns, medians)
     say("Detour: driven over straight length, median of those that reached their goal.")
     return 0
+
+
+def _median(found: Mapping[str, Any]) -> str:
+    """The median, and of how many drives."""
+    return "-" if found["median"] is None else f"{found['median']:.6g} of {found['drives']}"

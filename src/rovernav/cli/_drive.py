@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,6 +14,7 @@ from ._console import print_json, progress_bar, say, say_files
 from ._export import movie_of
 from ._files import claim_folder, keep_apart
 from ._options import Cell, InFile, Json, Out, SeedValue
+from ._parts import measured, measures_of, names_in
 from ._place import find_scene
 
 if TYPE_CHECKING:
@@ -49,8 +50,11 @@ def drive(
         str | None,
         Parameter(
             help="bassil (the paper's network, default), neural (the shipped driver), "
-            "goal-seeker, planner, or a network file."
+            "goal-seeker, planner, a plug-in, or a network file."
         ),
+    ] = None,
+    carry: Annotated[
+        str | None, Parameter(help="Sensors of plug-ins to carry besides, joined by commas.")
     ] = None,
     rover: Annotated[
         str | None,
@@ -73,6 +77,10 @@ def drive(
     seed: Annotated[
         SeedValue | None, Parameter(help="Seed of everything random; default 0 or the file's.")
     ] = None,
+    metrics: Annotated[
+        str | None,
+        Parameter(help="What to measure: closest, detour, energy, length or plug-ins, by commas."),
+    ] = None,
     movie: Annotated[
         bool, Parameter(negative="", help="Write the drive as an animated picture too: drive.gif.")
     ] = False,
@@ -94,8 +102,10 @@ def drive(
             "terrain": terrain, "cell": cell, "from": start, "to": goal, "frame": frame,
             "rover": rover, "controller": controller, "rocks": rocks, "seed": seed,
             "body": body or None, "soil": soil,
+            "carry": names_in(carry),
         },
         require=require,
+        metrics=names_in(metrics) or (),
         out=out,
         movie=movie,
     )  # fmt: skip
@@ -113,6 +123,7 @@ def run_drive(
     out: Path,
     require: str | None = None,
     movie: bool = False,
+    metrics: Sequence[str] = (),
 ) -> tuple[dict[str, Any], str]:
     """Drive and write the files.
 
@@ -122,6 +133,7 @@ def run_drive(
         out: Folder for the files.
         require: The outcome that the user will insist on; only its name is checked here.
         movie: Whether to write a movie too.
+        metrics: Names of what to measure besides.
 
     Returns:
         What there is to tell, and the name of the scene.
@@ -129,6 +141,7 @@ def run_drive(
     from ..scenes import Ground
 
     _check_outcome(require)
+    measures = measures_of(metrics)
     with progress_bar("driving") as update:
         scene, settings = find_scene(scenario, options)
         files = [out / name for name in (*FILES, *([MOVIE] if movie else []))]
@@ -141,6 +154,8 @@ def run_drive(
         if movie:
             movie_of(trace, files[-1], scene, 0, update)
         report = _report(scene, trace)
+        if measures:
+            report["metrics"] = measured(measures, trace, scene)
     report["files"] = files
     report["settings"] = dict(trace.settings)
     return report, scene.terrain.name if isinstance(scene, Ground) else scene.name
@@ -261,4 +276,7 @@ def print_drive(report: dict[str, Any], title: str) -> None:
             f"{report['forbidden_share']:.0%} of the map is forbidden to this rover.")  # fmt: skip
     if report["energy_kj"] is not None:
         say_body(report)
+    for name, (number, unit) in report.get("metrics", {}).items():
+        words = "not told" if number is None else f"{number:.6g} {unit}".removesuffix(" 1")
+        say(f"{name}: {words}")
     say_files(report["files"])

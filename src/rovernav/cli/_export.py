@@ -67,12 +67,13 @@ def export(
 def scene_of(trace: Trace) -> Scene | Ground | None:
     """The scene of a trace, set again from its settings; None, and a line that says why not."""
     from ..core import RovernavError, build
-    from ..scenes import Scenario, named_scene, set_scene
+    from ..scenes import Scenario, carry, named_scene, set_scene
 
     settings = dict(trace.settings)
     try:
         if "scenario" in settings:
-            return named_scene(str(settings["scenario"]), seed=int(settings.get("seed", 0)))
+            scene = named_scene(str(settings["scenario"]), seed=int(settings.get("seed", 0)))
+            return carry(scene, settings.get("carry", ()))
         if not {"from", "to"} <= set(settings):
             note("note: this trace does not say where it was driven; it is written without ground")
             return None

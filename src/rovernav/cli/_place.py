@@ -29,7 +29,7 @@ def find_scene(
     """
     from ..core import SettingError
     from ..learn import usual_rover
-    from ..scenes import named_scene, scene_names, set_scene
+    from ..scenes import carry, named_scene, scene_names, set_scene
     from ..sim import TwoAxis
 
     given = {key: item for key, item in options.items() if item is not None}
@@ -44,10 +44,12 @@ def find_scene(
             if option in given:
                 raise SettingError(f"--{option} does not go with the named scenario {scenario}")
         seed = given.get("seed", 0)
-        scene = named_scene(scenario, seed=seed)
+        scene = carry(named_scene(scenario, seed=seed), given.get("carry", ()))
         usual = "bassil" if isinstance(scene.motion, TwoAxis) else "neural"
         settings = {"scenario": scenario, "seed": seed}
         settings["controller"] = given.get("controller", usual)
+        if "carry" in given:
+            settings["carry"] = given["carry"]
         return scene, settings
     whole = _from_options(given) if scenario is None else _from_file(scenario, given)
     if whole.rover is None:
@@ -99,7 +101,7 @@ def _from_file(scenario: str, given: Mapping[str, Any]) -> Scenario:
     for option in GROUND:
         if option in given:
             raise SettingError(f"--{option} does not go with a scenario file; write it there")
-    changes = {key: given[key] for key in ("rover", "controller", "seed") if key in given}
+    changes = {key: given[key] for key in ("rover", "controller", "seed", "carry") if key in given}
     return read_scenario(path).model_copy(update=changes)
 
 

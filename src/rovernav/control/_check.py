@@ -18,13 +18,20 @@ from ..core import (
     map_arrays,
     unchanged,
 )
+from ..mapping import LocalMapper
+from ..sim import RangeFan
 
 Observe = Callable[[int, np.random.Generator], Observation]
 """Makes up what n rovers see."""
 
 
 def check_controller(
-    controller: Any, observe: Observe, *, rovers: int = 5, steps: int = 3, seed: int = 0
+    controller: Any,
+    observe: Observe | None = None,
+    *,
+    rovers: int = 5,
+    steps: int = 3,
+    seed: int = 0,
 ) -> None:
     """Check that a controller keeps the contract of its role.
 
@@ -34,7 +41,8 @@ def check_controller(
 
     Args:
         controller: What to check.
-        observe: Makes up observations with the channels that the controller needs.
+        observe: Makes up observations with the channels that the controller needs; where not
+            given, what a range fan, the paper's two sensors and a local map might say.
         rovers: Rovers in the batch.
         steps: Observations one after the other.
         seed: Seed of everything random.
@@ -52,7 +60,7 @@ def check_controller(
         goal_radius=0.1,
         time_limit=100.0,
     )
-    seen = [observe(rovers, rng) for _ in range(steps)]
+    seen = [(observe or anything)(rovers, rng) for _ in range(steps)]
 
     def start(part: Any) -> Memory:
         few = _rows(mission, part)
@@ -67,6 +75,25 @@ def check_controller(
         return command.twist, after
 
     check_steps(start, step, rovers=rovers, steps=steps, called=called)
+
+
+def anything(n: int, rng: np.random.Generator) -> Observation:
+    """What n rovers might see: beams that met something or nothing, and the local map of them."""
+    fan = RangeFan(reach=6.0)
+    pose = rng.uniform((0.0, 0.0, -3.0), (30.0, 30.0, 3.0), (n, 3))
+    goal = rng.uniform(0.0, 30.0, (n, 2))
+    mission = Mission(start=pose, goal=goal, goal_radius=0.1, time_limit=9.0)
+    mapper = LocalMapper(fan.angles, reach=fan.reach)
+    beams = np.minimum(rng.uniform(0.3, 9.0, (n, len(fan.angles))), fan.reach)
+    more, local = mapper.update(mapper.start(mission), pose, goal, {"beams": beams})
+    bits = {name: rng.integers(0, 2, (n, 1)).astype(np.float64) for name in _BITS}
+    return Observation(
+        goal=rng.normal(0.0, 9.0, (n, 2)), twist=rng.normal(0.0, 0.2, (n, 3)),
+        channels={"beams": beams, **bits, **more}, map=local, pose=pose,
+    )  # fmt: skip
+
+
+_BITS = ("clear_sight", "off_line")
 
 
 def _check_twist(twist: Any, n: int, called: str) -> None:

@@ -9,6 +9,7 @@ from .errors import (
     InputError,
     MissingExtraError,
     PatternError,
+    PluginError,
     RovernavError,
     SettingError,
     ShapeError,
@@ -27,7 +28,8 @@ from .files import (
 )
 from .frame import Frame
 from .outcome import Outcome
-from .roles import Codec, Controller, Executor, Mapper, Memory, Motion, Sensor
+from .plugins import Plugin, make_plugin, plugin, plugins
+from .roles import Codec, Controller, Executor, Mapper, Memory, Metric, Motion, Sensor
 from .settings import build, read_yaml
 from .shares import wilson
 from .values import map_arrays, read_only, value
@@ -50,12 +52,15 @@ __all__ = [
     "InputError",
     "Mapper",
     "Memory",
+    "Metric",
     "MissingExtraError",
     "Mission",
     "Motion",
     "Observation",
     "Outcome",
     "PatternError",
+    "Plugin",
+    "PluginError",
     "Processes",
     "RoverState",
     "RovernavError",
@@ -70,8 +75,11 @@ __all__ = [
     "check_steps",
     "cores",
     "in_order",
+    "make_plugin",
     "map_arrays",
     "plain_data",
+    "plugin",
+    "plugins",
     "read_bytes",
     "read_only",
     "read_text",

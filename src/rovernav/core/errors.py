@@ -9,6 +9,7 @@
     │   ├── PatternError      a line of a pattern table
     │   └── FileError         a file is missing, damaged, foreign or too large
     ├── WorkerError           workers do not answer, do not fit or have gone
+    ├── PluginError           an installed plug-in cannot be used
     ├── ContractError         a part of a drive does not keep the contract of its role
     └── MissingExtraError     an optional package is not installed
 
@@ -49,6 +50,10 @@ class FileError(InputError):
 
 class WorkerError(RovernavError):
     """Workers do not answer, do not fit this machine, or ended before their work was done."""
+
+
+class PluginError(RovernavError):
+    """A part of a drive that an installed distribution offers cannot be used."""
 
 
 class ContractError(RovernavError, AssertionError):

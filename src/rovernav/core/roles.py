@@ -44,6 +44,18 @@ class Controller(Protocol):
 
 
 @runtime_checkable
+class Metric(Protocol):
+    """Says what a drive was worth; it sees the trace and the true worlds."""
+
+    name: str
+    unit: str
+
+    def compute(self, trace: Any, worlds: Any) -> tuple[Any, Any]:
+        """Values (n,), and which of them mean something (n,)."""
+        ...
+
+
+@runtime_checkable
 class Mapper(Protocol):
     """Keeps what was sensed, and adds channels made from it to what a controller sees."""
 

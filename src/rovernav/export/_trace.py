@@ -15,6 +15,7 @@ from ..terrain import Terrain
 from ._path import check_path
 
 COMMANDS = ("command_forward_m_s", "command_left_m_s", "command_turn_rad_s")
+BODY = ("height_m", "pitch_rad", "roll_rad", "slip_along", "slip_left", "energy_j")
 
 
 def write_trace_csv(trace: Trace, path: Path, *, terrain: Terrain | None = None) -> None:
@@ -22,7 +23,9 @@ def write_trace_csv(trace: Trace, path: Path, *, terrain: Terrain | None = None)
 
     A line holds the pose at `time_s`, what was read and commanded there, and the outcome: that of
     the drive in a rover's last line, ``driving`` before. Columns: rover, step, time_s, x_m, y_m,
-    heading_rad; with a terrain map_x, map_y, elevation_m; where the trace keeps them
+    heading_rad; with a terrain map_x, map_y, elevation_m; of rovers with bodies height_m (of the
+    middle at the axles), pitch_rad (nose up), roll_rad (left side up), slip_along, slip_left and
+    energy_j; where the trace keeps them
     command_forward_m_s, command_left_m_s, command_turn_rad_s and each reading of each sensor, like
     beams_0; outcome. The last line of a rover has no command and no readings. Numbers have all
     their digits.
@@ -41,6 +44,8 @@ def write_trace_csv(trace: Trace, path: Path, *, terrain: Terrain | None = None)
     header = ["rover", "step", "time_s", "x_m", "y_m", "heading_rad"]
     if terrain is not None:
         header += ["map_x", "map_y", "elevation_m"]
+    if trace.attitude is not None:
+        header += BODY
     if len(trace.commands):
         header += COMMANDS
         for name, reading in sorted(trace.channels.items()):
@@ -60,6 +65,10 @@ def _lines(trace: Trace, k: int, terrain: Terrain | None) -> Iterator[list[str]]
     if terrain is not None:
         x, y = trace.path(k).T
         poses += [*terrain.frame.to_map(x, y), terrain.elevation_at(x, y)]
+    body = (trace.attitude, trace.slip, trace.energy)
+    for of in body:
+        if of is not None:
+            poses += [*of[: steps + 1, k].reshape(steps + 1, -1).T]
     before = _numbers(np.stack([np.asarray(column, np.float64) for column in poses], axis=1))
     after: list[list[str]] = []
     if len(trace.commands):

@@ -7,7 +7,16 @@ from importlib import resources
 from pathlib import Path
 
 from ..control import BassilCodec, GoalSeeker, NeuralController, SensedPlanner
-from ..core import Controller, FileError, SettingError, suggest
+from ..core import (
+    Controller,
+    FileError,
+    Plugin,
+    PluginError,
+    SettingError,
+    plugin,
+    plugins,
+    suggest,
+)
 from ..nets import load_network
 from ._paper import trained_paper_network
 
@@ -44,7 +53,7 @@ def rover_of(controller: Controller) -> str:
 
 
 def controller_names() -> dict[str, str]:
-    """The controllers that need no file: their names, and what each is in a few words."""
+    """Our controllers that need no file: their names, and what each is in a few words."""
     return {name: _WORDS[name] for name in NAMED}
 
 
@@ -54,10 +63,12 @@ def find_controller(name: str) -> Controller:
     Args:
         name: ``bassil`` (the paper's network, trained on the spot), ``neural`` (the shipped driver,
             learnt by imitation), ``goal-seeker`` (the baseline), ``planner`` (the neural driver's
-            teacher) or the path of a network file.
+            teacher), a controller that an installed distribution offers (entry point
+            ``rovernav.controllers``), or the path of a network file.
 
     Raises:
         FileError: Neither a known name nor a readable network file.
+        PluginError: The installed controller cannot be used.
         SettingError: The network names no codec.
     """
     if name == "bassil":
@@ -67,13 +78,24 @@ def find_controller(name: str) -> Controller:
             return NeuralController(load_network(path))
     if name in _CLASSICAL:
         return _CLASSICAL[name]()
+    found = plugin("controller", name)
+    if found is not None:
+        return _offered(found)
     path = Path(name)
     if not path.exists():
+        known = {*NAMED, *(one.name for one in plugins("controller"))}
         raise FileError(
-            f"there is no controller {name!r} and no such network file; {suggest(name, NAMED)}"
+            f"there is no controller {name!r} and no such network file; {suggest(name, known)}"
         )
     network = load_network(path)
     try:
         return NeuralController(network)
     except SettingError as error:  # the file is sound, but no driver
         raise SettingError(f"{name}: {error}") from None
+
+
+def _offered(found: Plugin) -> Controller:
+    made = found.make()
+    if not isinstance(made, Controller):
+        raise PluginError(f"{found.called} is no controller: it needs start and act")
+    return made

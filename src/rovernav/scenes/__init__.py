@@ -31,6 +31,7 @@ from ._named import named_scene, scene_names
 from ._practice import another_task, free_pairs, pair_mission, practice_grid, practice_task
 from ._scenario import (
     Scenario,
+    carry,
     obstacles,
     on_terrain,
     read_scenario,
@@ -55,6 +56,7 @@ __all__ = [
     "among",
     "another_task",
     "bassil_scene",
+    "carry",
     "check_end",
     "draw_rectangles",
     "embodied",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -18,7 +20,7 @@ from pydantic import (
 
 from ..core import Mission, SettingError, build, read_yaml, suggest
 from ..rover import Rover, Standing, read_rover
-from ..sim import Shape, Worlds
+from ..sim import Shape, Worlds, find_sensor
 from ..terrain import Terrain, read_terrain, scatter_rocks, with_rocks
 from ._bassil import Scene
 from ._embodied import embodied
@@ -102,6 +104,7 @@ class Scenario(BaseModel):
         soil: Soil for slip and energy of a body; the rover's own where not given.
         slip_spread: Share by which a body's slip may differ from the soil's usual one, by `seed`.
         controller: A controller's name, or a network file relative to the scenario file.
+        carry: Sensors of installed plug-ins that the rover carries besides its own, by name.
         time_limit_s: Longest drive [s]; five times the straight line where not given.
         seed: Seed of everything random.
     """
@@ -123,6 +126,7 @@ class Scenario(BaseModel):
     soil: str | None = None
     slip_spread: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False, strict=True)] = 0.0
     controller: str = "bassil"
+    carry: Annotated[tuple[str, ...], Field(min_length=1, max_length=20)] | None = None
     time_limit_s: Annotated[float, Above0] | None = None
     seed: Annotated[int, Field(ge=0, lt=2**63, strict=True)] = 0
 
@@ -226,6 +230,31 @@ def set_scene(scenario: Scenario) -> Scene | Ground:
     Raises:
         RovernavError: The terrain or rover cannot be read, or start or goal cannot be stood on.
     """
+    return carry(_bare(scenario), scenario.carry or ())
+
+
+def carry(scene: Scene | Ground, names: Sequence[str]) -> Scene | Ground:
+    """The same scene with sensors of installed plug-ins on board besides.
+
+    Raises:
+        PluginError: There is no such sensor, or it cannot be used.
+        SettingError: Two sensors have the same name.
+    """
+    if not names:
+        return scene
+    if isinstance(scene, Ground):
+        inner = carry(scene.scene, names)
+        return dataclasses.replace(scene, scene=inner)
+    sensors = (*scene.sensors, *map(find_sensor, names))
+    channels = [sensor.name for sensor in sensors]
+    for channel in channels:
+        if channels.count(channel) > 1:
+            raise SettingError(f"the rover would carry two sensors {channel!r}; leave one out")
+    return dataclasses.replace(scene, sensors=sensors)
+
+
+def _bare(scenario: Scenario) -> Scene | Ground:
+    """The scene with what the rover carries anyway."""
     rover = read_rover(scenario.rover or "paper-point")
     if scenario.flat:
         return _flat(scenario, rover)

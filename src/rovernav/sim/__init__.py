@@ -2,8 +2,10 @@
 
 from ._body import Body
 from ._check import check_sensor
+from ._check_metric import check_metric
 from ._curves import CURVES, Curve
 from ._fan import RangeFan
+from ._found import find_metric, find_sensor, metric_names
 from ._metrics import clearance, path_length, tilt
 from ._motion import DifferentialDrive, TwoAxis
 from ._noise import InfraRed, NoisyFan, RangeNoise, Tilt, ranger
@@ -43,9 +45,13 @@ __all__ = [
     "TwoAxis",
     "Worlds",
     "begin",
+    "check_metric",
     "check_sensor",
     "clearance",
+    "find_metric",
+    "find_sensor",
     "load_trace",
+    "metric_names",
     "path_length",
     "ranger",
     "replay",
