@@ -186,6 +186,39 @@ def test_it_rests_as_ours_does(mujoco, name, ground):
         assert_allclose(getattr(rests, angle), getattr(ours, angle), atol=loose, err_msg=angle)
 
 
+def _facets(terrain: Terrain, times: int) -> Terrain:
+    """More posts on the two triangles that MuJoCo spans between four, split from south-west."""
+    (h, w), z = terrain.frame.shape, terrain.height.astype(float)
+    at = [np.clip((np.arange(n * times) + 0.5) / times - 0.5, 0.0, n - 1.0) for n in (h, w)]
+    v, u = np.meshgrid(*at, indexing="ij")
+    i, j = np.minimum(v.astype(int), h - 2), np.minimum(u.astype(int), w - 2)
+    v, u = v - i, u - j
+    a, b, c, d = z[i, j], z[i, j + 1], z[i + 1, j], z[i + 1, j + 1]
+    heights = np.where(u >= v, a + u * (b - a) + v * (d - b), a + v * (c - a) + u * (d - c))
+    frame = Frame(cell=terrain.frame.cell / times, shape=heights.shape)
+    return Terrain.from_heights(heights + terrain.offset, frame, name="facets", source="test")
+
+
+def test_settling_on_its_facets_comes_as_near_as_posts_are_dense(mujoco, rng):
+    """Rough ground: what differs is what settling cannot know between posts, and vanishes."""
+    del mujoco
+    rover, smooth = read_rover(SIX), _ground("hill")
+    heights = smooth.height + smooth.offset + rng.normal(0.0, 0.02, smooth.frame.shape)
+    terrain = Terrain.from_heights(heights, smooth.frame, name="rough", source="test")
+    rests, worst = Physics(terrain, rover).rest(poses := _poses(8)), []
+    for times in (1, 3, 9):  # odd, so that the old posts are among the new ones
+        ours = settle(surface(_facets(terrain, times), rover), poses)
+        off = [
+            np.abs(getattr(rests, part) - getattr(ours, part)).max() for part in ("pitch", "roll")
+        ]
+        worst.append((max(off), np.abs(rests.z - ours.z).max()))
+    angle, height = np.array(worst).T
+    assert (np.diff(angle) < 0.0).all()
+    assert (np.diff(height) < 0.0).all()
+    assert angle[-1] < 0.1 * DEGREE
+    assert height[-1] < 2e-3
+
+
 def test_commands_are_followed(mujoco):
     """A metre ahead is a metre; an arc turns as far as told where corners are steered."""
     del mujoco
