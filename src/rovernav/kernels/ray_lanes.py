@@ -19,7 +19,22 @@ from ._jit import JIT_DISABLED
 
 LANES = 32
 """Rays in a vector."""
-(LOW, SLOPE, SPREAD, PLACE, TILES, COLUMN, ADVANCE, CORNER, LAST_ROW, START, STOP, LAST, GONE, ROW) = range(14)
+(
+    LOW,
+    SLOPE,
+    SPREAD,
+    PLACE,
+    TILES,
+    COLUMN,
+    ADVANCE,
+    CORNER,
+    LAST_ROW,
+    START,
+    STOP,
+    LAST,
+    GONE,
+    ROW,
+) = range(14)
 """Rows of a state: the lower side of each ray in its first column, how much it rises by column and
 the height of what it touches in a column, all in parts of a row and counted from the row that the
 ray begins in; where its table begins; tiles in a column of tiles, times their size; its first
@@ -153,7 +168,7 @@ class _Places(ir.Instruction):
         buf.append(f"getelementptr {ir.IntType(8)}, {parts}\n")
 
 
-def _plain(table: Any, base: int, state: Any, at: int, bits: int) -> None:
+def plain_march(table: Any, base: int, state: Any, at: int, bits: int) -> None:
     """The same, ray by ray."""
     entries = table.reshape(-1)
     for k in range(at, at + LANES):
@@ -175,4 +190,4 @@ def _plain(table: Any, base: int, state: Any, at: int, bits: int) -> None:
         state[GONE, k] = gone
 
 
-march: Any = _plain if JIT_DISABLED else intrinsic(_typed)
+march: Any = plain_march if JIT_DISABLED else intrinsic(_typed)

@@ -1,8 +1,8 @@
 """Fans of range beams over grids: free cells are passed over by a table, what is met is judged.
 
-Every beam runs along one axis, its columns, more than across it, its rows; in a column it touches at
-most two rows. The table tells for each cell and each of the four directions how many columns on the
-nearest blocked cell of the cone lies that opens one row to either side in every column: no beam
+Every beam runs along one axis, its columns, more than across it, its rows; in a column it touches
+at most two rows. The table tells for each cell and each of the four directions how many columns on
+the nearest blocked cell of the cone lies that opens one row to either side in every column: no beam
 leaves that cone, so as many columns are free of anything to meet. Rays are marched in whole numbers
 with a margin for their rounding, in which they touch too many cells, never too few. The first
 blocked cell goes to `geometry.first_box`, the judge of every contact, and where the answer could
@@ -26,8 +26,9 @@ from .geometry import MISS, first_boxes, first_cell, side_of
 from .ray_lanes import LANES, MOST, TILE, march
 from .shapes import first_shapes
 
-_PADS = 3
-"""Rows of the table beyond the grid: one before the first, two behind the last."""
+_PADS = 4
+"""Rows of the table beyond the grid: two before the first and two behind the last, so that a beam
+beyond it is told of no row that there is."""
 _LONGEST, _LARGEST = 1000.0, 1e6
 """Reach [cells] and coordinates [cells] that whole numbers of 32 bits are enough for."""
 _FAR = 2**31 - 1
@@ -94,13 +95,11 @@ def _cones(blocked: Any, forward: bool, out: Any) -> None:
     for m in range(n):
         column = n - 1 - m if forward else m
         if m > 0:
-            free[0] = min(min(on[0], on[1]), most) + one
-            for i in range(1, rows + 1):
+            for i in range(1, rows + _PADS - 1):
                 free[i] = min(min(min(on[i - 1], on[i]), on[i + 1]), most) + one
-            free[rows + 1] = min(min(on[rows], on[rows + 1]), most) + one
-            free[rows + 2] = free[rows + 1]
+            free[0], free[rows + 3] = free[1], free[rows + 2]  # nearer: never too much
         for i in range(rows):
-            free[i + 1] = np.uint8(0) if blocked[column, i] else free[i + 1]
+            free[i + 2] = np.uint8(0) if blocked[column, i] else free[i + 2]
         on[:] = free
         at = (column // TILE) * wide + column % TILE * TILE
         for i in range(rows + _PADS - 1):
@@ -154,7 +153,8 @@ def range_fan(
     fan.state[lanes.LAST] = -1  # lanes without a beam never start
     for k in range(pose.shape[0]):
         x, y = pose[k, 0], pose[k, 1]
-        cosine, sine = math.cos(pose[k, 2]), math.sin(pose[k, 2])
+        heading = pose[k, 2] if abs(pose[k, 2]) < np.inf else np.nan
+        cosine, sine = math.cos(heading), math.sin(heading)
         for b in range(count):
             fan.ends[0, b] = x + reach * (cosine * ways[0, b] - sine * ways[1, b])
             fan.ends[1, b] = y + reach * (sine * ways[0, b] + cosine * ways[1, b])
@@ -204,10 +204,8 @@ def _through_grid(
 
 
 @kernel()
-def _set_out(
-    x: float, y: float, c: float, fan: _Fan, bits: int, shape: Any, size: Any
-) -> None:
-    """The state in which each beam sets out; beams too near a diagonal are left to the plain walk."""
+def _set_out(x: float, y: float, c: float, fan: _Fan, bits: int, shape: Any, size: Any) -> None:
+    """The state in which each beam sets out; those near a diagonal are left to the plain walk."""
     h, w = shape
     count, far = size
     state, one = fan.state, float(1 << bits)
@@ -238,8 +236,8 @@ def _set_out(
         state[lanes.TILES, b] = TILE * TILE * _tiles(rows + _PADS)
         state[lanes.COLUMN, b] = int(column)
         state[lanes.ADVANCE, b] = 1 if on else -1
-        state[lanes.CORNER, b] = int(row) + 1
-        state[lanes.LAST_ROW, b] = rows + 1
+        state[lanes.CORNER, b] = int(row) + 2
+        state[lanes.LAST_ROW, b] = rows + 2
         begin = (v - row) * one
         state[lanes.START, b] = int(np.floor(begin - margin)) if s > 0.0 else -_FAR
         state[lanes.STOP, b] = int(np.ceil(begin + margin)) if s < 0.0 else _FAR
