@@ -167,7 +167,8 @@ def simulate(
     if workers < 1:
         raise SettingError(f"workers must be 1 or more, got {workers}")
     builder = TraceBuilder(record, body=isinstance(drive.motion, Body))
-    with contextlib.closing(_states(drive, seed, workers)) as states:
+    wanted = record == "all" or on_event is not None
+    with contextlib.closing(_states(drive, seed, workers, wanted)) as states:
         state = next(states)
         builder.add(state.rovers, None, None)
         while state.rovers.driving.any():
@@ -178,8 +179,8 @@ def simulate(
     return builder.finish(drive.mission, state.rovers, seed=seed, settings=dict(settings or {}))
 
 
-def _states(drive: Drive, seed: int, workers: int) -> Generator[DriveState]:
-    """The drive at its start and after each step, for ever."""
+def _states(drive: Drive, seed: int, workers: int, wanted: bool) -> Generator[DriveState]:
+    """The drive at its start and after each step, for ever; observations if they are wanted."""
     parts = [_part(drive, part) for part in slices(len(drive.mission.start), workers)]
     if len(parts) == 1:
         state = begin(drive, np.random.default_rng(seed))
@@ -190,7 +191,7 @@ def _states(drive: Drive, seed: int, workers: int) -> Generator[DriveState]:
     try:
         states = crew.each(lambda part: begin(part, np.random.default_rng(seed)), parts)
         while True:
-            yield _joined(states)
+            yield _joined(states, wanted)
             states = crew.each(lambda both: tick(*both), list(zip(parts, states, strict=True)))
     finally:
         crew.leave()
@@ -201,10 +202,10 @@ def _part(drive: Drive, part: slice) -> Drive:
     return replace(drive, worlds=worlds, mission=rows(drive.mission, part))
 
 
-def _joined(states: Sequence[DriveState]) -> DriveState:
-    """All parts as one, without their memories."""
-    seen = [state.observation for state in states if state.observation is not None]
-    commands = [state.command for state in states if state.command is not None]
+def _joined(states: Sequence[DriveState], wanted: bool) -> DriveState:
+    """All parts as one, without their memories; observation and command where they are wanted."""
+    seen = [state.observation for state in states if wanted and state.observation is not None]
+    commands = [state.command for state in states if wanted and state.command is not None]
     return DriveState(
         rovers=joined_rovers([state.rovers for state in states]),
         sensors=(),
