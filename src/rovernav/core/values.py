@@ -23,7 +23,9 @@ def value(cls: type[T]) -> type[T]:
     arrays_frozen = _post_init(getattr(cls, "_check", None))
     cls.__post_init__ = arrays_frozen  # type: ignore[attr-defined]
     cls.__reduce__ = _reduce
-    return dataclasses.dataclass(frozen=True, slots=True, kw_only=True, eq=False)(cls)
+    return dataclasses.dataclass(
+        frozen=True, slots=True, kw_only=True, eq=False, weakref_slot=True
+    )(cls)
 
 
 def _post_init(check: Callable[[Any], None] | None) -> Callable[[Any], None]:

@@ -1,4 +1,4 @@
-"""Range beams in the true world, and rays in the map of what was sensed.
+"""The map of what range beams sensed, and rays in it.
 
 Symbols: pose x [m], y [m], heading [rad]; c cell of the map [m], s its side in cells.
 
@@ -16,26 +16,6 @@ from typing import Any
 import numpy as np
 
 from ._jit import kernel
-from .drive import WorldArrays, first_contact
-
-
-@kernel()
-def range_fan(pose: Any, angles: Any, reach: float, world: WorldArrays, out: Any) -> None:
-    """Distance [m] from each rover along each beam to the first contact, at most `reach`.
-
-    Args:
-        pose: Poses (n, 3).
-        angles: Beam directions in the rover's frame (b,) [rad].
-        reach: Longest distance [m].
-        world: The true worlds.
-        out: Distances (n, b) [m].
-    """
-    for k in range(pose.shape[0]):
-        x, y = pose[k, 0], pose[k, 1]
-        for b in range(angles.size):
-            a = pose[k, 2] + angles[b]
-            t = first_contact(k, x, y, x + reach * math.cos(a), y + reach * math.sin(a), world)
-            out[k, b] = reach * min(t, 1.0)
 
 
 @kernel()

@@ -63,9 +63,9 @@ def first_boxes(
 def first_cell(ax: float, ay: float, bx: float, by: float, blocked: Any) -> float:
     """Smallest t at which the segment touches a blocked cell of a grid of unit cells, or MISS.
 
-    Goes through the grid's columns along the segment, and in each through the rows that the segment
-    can touch there; `first_box` judges the blocked ones. Coordinates are in cells; cells beyond the
-    grid are free.
+    The smallest t of `first_box` over the blocked cells, whatever the order in which they are
+    looked at. Goes through the grid's columns along the segment, and in each through the rows that
+    the segment can touch there. Coordinates are in cells; cells beyond the grid are free.
     """
     dx, dy = bx - ax, by - ay
     if not abs(dx) + abs(dy) < np.inf:
@@ -87,7 +87,8 @@ def first_cell(ax: float, ay: float, bx: float, by: float, blocked: Any) -> floa
                 best = min(best, first_box(ax, ay, bx, by, cell))
                 if best <= 1.0:
                     break
-        if best <= 1.0 and dx != 0.0:  # else the column on the other side may be met sooner
+        # nothing in a later column is met before its own side; along a side there is none later
+        if best <= 1.0 and dx != 0.0 and best <= (column + (dx > 0.0) - ax) / dx:
             break
     return best
 

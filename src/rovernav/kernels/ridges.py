@@ -25,6 +25,8 @@ FIRST = 2
 """Level of the smallest blocks: 2^2 patches on a side."""
 _SLACK = 1e-9
 """More than the rounding of a place [cells] on grids that fit a memory."""
+_TINY = 1e-290
+"""Changes smaller than this are none: one over them is no number."""
 
 
 class GroundArrays(NamedTuple):
@@ -93,21 +95,34 @@ def tops_of(heights: Any, levels: Any, out: Any) -> None:
             rows, columns = (rows + 1) // 2, wide
 
 
-@kernel(inline=True)
-def _crossing(a: float, d: float, line: float, otherwise: float) -> float:
-    """Place in [0, 1] at which a + t d crosses a line; `otherwise` where it runs along it."""
-    return min(1.0, max(0.0, (line - a) / d)) if d != 0.0 else otherwise
+class _Line(NamedTuple):
+    """A segment as the walk needs it: begin, change, and one over its changes along and across."""
+
+    u: float
+    v: float
+    z: float
+    du: float
+    dv: float
+    dz: float
+    along: float
+    across: float
 
 
 @kernel(inline=True)
-def _span(a: float, d: float, low: float, high: float) -> tuple[float, float]:
+def _span(a: float, d: float, over: float, low: float, high: float) -> tuple[float, float]:
     """First and last t in [0, 1] with a + t d in [low, high]; none: the first is the larger."""
     if d == 0.0:
         return (0.0, 1.0) if low <= a <= high else (1.0, 0.0)
-    first, last = (low - a) / d, (high - a) / d
+    first, last = (low - a) * over, (high - a) * over
     if d < 0.0:
         first, last = last, first
     return max(0.0, first), min(1.0, last)
+
+
+@kernel(inline=True)
+def _still(d: float) -> float:
+    """A change so small that one over it is no number is none."""
+    return d if abs(d) > _TINY else 0.0
 
 
 @kernel()
@@ -123,34 +138,45 @@ def first_rise(layer: int, a: Any, b: Any, ground: GroundArrays) -> float:
     Returns:
         t; 0 where a itself is not above the ground; MISS also if an end is not finite.
     """
-    c, h, w = ground.cell, ground.heights.shape[1], ground.heights.shape[2]
-    du, dv, dz = (b[0] - a[0]) / c, (b[1] - a[1]) / c, b[2] - a[2]
-    if not (abs(du) + abs(dv) + abs(dz) < np.inf and h > 0):
+    shape = (ground.heights.shape[1], ground.heights.shape[2])
+    if shape[0] == 0:
         return MISS
+    heights, tops = ground.heights[layer].ravel(), ground.tops[layer]
+    return _walk(a, b, ground.cell, shape, heights, tops, ground.levels)
+
+
+@kernel()
+def _walk(a: Any, b: Any, c: float, shape: Any, heights: Any, tops: Any, levels: Any) -> float:
+    """`first_rise` over one grid of heights, flat."""
+    h, w = shape
     u, v = a[0] / c + 0.5, a[1] / c + 0.5  # patch (i, j) covers [i, i + 1] x [j, j + 1]
+    du, dv, dz = _still((b[0] - a[0]) / c), _still((b[1] - a[1]) / c), b[2] - a[2]
+    if not abs(u) + abs(v) + abs(du) + abs(dv) + abs(dz) + abs(a[2]) < np.inf:
+        return MISS
     along, across = (w, 1), (h, w)  # posts, and how far apart they are in memory
     if abs(dv) > abs(du):
         u, v, du, dv, along, across = v, u, dv, du, across, along
-    ends = _span(u, du, 0.5, along[0] + 0.5)
-    other = _span(v, dv, 0.5, across[0] + 0.5)
-    ends = (max(ends[0], other[0]), min(ends[1], other[1]))
+    over, aside = 1.0 / du if du != 0.0 else 0.0, 1.0 / dv if dv != 0.0 else 0.0
+    line = _Line(u, v, a[2], du, dv, dz, over, aside)
+    begin, end = _span(u, du, over, 0.5, along[0] + 0.5)
+    other = _span(v, dv, aside, 0.5, across[0] + 0.5)
+    ends = (max(begin, other[0]), min(end, other[1]))
     if not ends[0] <= ends[1]:
         return MISS
-    heights = ground.heights[layer].ravel()
-    line = (u, v, a[2], du, dv, dz)
     near, far = u + ends[0] * du, u + ends[1] * du
     lowest = max(0, int(np.floor(min(near, far) - _SLACK)))
     highest = min(along[0], int(np.floor(max(near, far) + _SLACK)))
     forward = du >= 0.0
     j, last = (lowest, highest) if forward else (highest, lowest)
-    step, top, level = (1 if forward else -1), ground.levels.size - 2, 0
+    step, top, level = (1 if forward else -1), levels.size - 2, 0
     while (last - j) * step >= 0:
         if level >= 0:
-            end = _block_end(j, last, FIRST + level, forward)
-            if _clear(line, j, end, level, layer, ground, (along, across)):
-                j, level = end + step, min(level + 1, top)
-                continue
-            level -= 1
+            size = FIRST + level
+            final = _block_end(j, last, size, forward)
+            if _clear(line, (j, final), size, levels[level], tops, (w, along[1], across[0])):
+                j, level = final + step, min(level + 1, top)
+            else:
+                level -= 1
             continue
         t = _column(line, ends, j, heights, along, across)
         if t <= 1.0:
@@ -162,53 +188,60 @@ def first_rise(layer: int, a: Any, b: Any, ground: GroundArrays) -> float:
 
 
 @kernel(inline=True)
-def _block_end(j: int, last: int, level: int, forward: bool) -> int:
+def _block_end(j: int, last: int, size: int, forward: bool) -> int:
     """The last column in driving direction of the block that column j is in."""
     if forward:
-        return min(last, (((j >> level) + 1) << level) - 1)
-    return max(last, (j >> level) << level)
+        return min(last, (((j >> size) + 1) << size) - 1)
+    return max(last, (j >> size) << size)
 
 
 @kernel(inline=True)
-def _strip(line: Any, j: int, end: int) -> tuple[float, float, float, float]:
+def _strip(line: _Line, j: int, end: int) -> tuple[float, float, float, float]:
     """First and last t of the line in the columns from j to end, and the least and largest v."""
-    u, v, _, du, dv, _ = line
-    low, high = (j, end + 1) if du >= 0.0 else (j + 1, end)
-    t0, t1 = _crossing(u, du, low, 0.0), _crossing(u, du, high, 1.0)
-    v0, v1 = v + t0 * dv, v + t1 * dv
+    t0, t1 = 0.0, 1.0
+    if line.du != 0.0:
+        low, high = (j, end + 1) if line.du > 0.0 else (j + 1, end)
+        t0 = min(1.0, max(0.0, (low - line.u) * line.along))
+        t1 = min(1.0, max(0.0, (high - line.u) * line.along))
+    v0, v1 = line.v + t0 * line.dv, line.v + t1 * line.dv
     return t0, t1, min(v0, v1) - _SLACK, max(v0, v1) + _SLACK
 
 
-@kernel()
-def _clear(
-    line: Any, j: int, end: int, level: int, layer: int, ground: GroundArrays, axes: Any
-) -> bool:
-    """Whether the line stays above every post of the blocks it passes from column j to end."""
+@kernel(inline=True)
+def _clear(line: _Line, columns: Any, size: int, at: int, tops: Any, grid: Any) -> bool:
+    """Whether the line stays above every post of the blocks it passes in these columns.
+
+    Args:
+        line: The line.
+        columns: First and last one.
+        size: Blocks have 2^size patches on a side.
+        at: Where their level begins.
+        tops: Highest post of each block.
+        grid: Posts in a row, step in memory from column to column, posts across the line.
+    """
+    w, apart, others = grid
+    j, end = columns
     t0, t1, south, north = _strip(line, j, end)
-    low = min(line[2] + t0 * line[5], line[2] + t1 * line[5])
-    (posts, apart), (others, _) = axes
-    size = FIRST + level
-    wide = (ground.heights.shape[2] >> size) + 1
+    low = min(line.z + t0 * line.dz, line.z + t1 * line.dz)
+    wide = (w >> size) + 1
     first = max(0, int(np.floor(south))) >> size
     final = min(others, int(np.floor(north))) >> size
-    at = ground.levels[level]
     for i in range(first, final + 1):
-        # posts next to each other in memory are those of a row
-        row, column = (i, j >> size) if apart == 1 else (j >> size, i)
-        if not low > ground.tops[layer, at + row * wide + column]:
+        block = i * wide + (j >> size) if apart == 1 else (j >> size) * wide + i
+        if not low > tops[at + block]:
             return False
-    return posts >= 0
+    return True
 
 
-@kernel()
-def _column(line: Any, ends: Any, j: int, heights: Any, along: Any, across: Any) -> float:
+@kernel(inline=True)
+def _column(line: _Line, ends: Any, j: int, heights: Any, along: Any, across: Any) -> float:
     """Smallest t at which the ground of column j of patches is at or above the line, or MISS."""
     t0, t1, south, north = _strip(line, j, j)
     t0, t1 = max(t0, ends[0]), min(t1, ends[1])
     first, last = max(0, int(np.floor(south))), min(across[0], int(np.floor(north)))
     for m in range(last - first + 1):
-        i = first + m if line[4] >= 0.0 else last - m
-        e, x = _span(line[1], line[4], i, i + 1.0)
+        i = first + m if line.dv >= 0.0 else last - m
+        e, x = _span(line.v, line.dv, line.across, i, i + 1.0)
         e, x = max(e, t0), min(x, t1)
         if e <= x:
             j0, j1 = max(j - 1, 0) * along[1], min(j, along[0] - 1) * along[1]
@@ -220,10 +253,10 @@ def _column(line: Any, ends: Any, j: int, heights: Any, along: Any, across: Any)
     return MISS
 
 
-@kernel()
-def _patch(line: Any, e: float, x: float, corner: Any, posts: Any) -> float:
+@kernel(inline=True)
+def _patch(line: _Line, e: float, x: float, corner: Any, posts: Any) -> float:
     """Smallest t from e to x at which a patch is at or above the line, or MISS."""
-    u, v, z, du, dv, dz = line
+    u, v, z, du, dv, dz = line[:6]
     near, right = np.float64(posts[0]), np.float64(posts[1])
     left, far = np.float64(posts[2]), np.float64(posts[3])
     if min(z + e * dz, z + x * dz) > max(max(near, right), max(left, far)):
@@ -255,13 +288,19 @@ def rise_fan(eye: Any, ways: Any, of: Any, reach: float, ground: GroundArrays, o
         ground: The heights.
         out: Distances (n, b) [m].
     """
+    shape = (ground.heights.shape[1], ground.heights.shape[2])
+    if shape[0] == 0:
+        out[:] = reach
+        return
     for k in range(eye.shape[0]):
         layer = of[k] if ground.heights.shape[0] > 1 else 0
+        heights, tops = ground.heights[layer].ravel(), ground.tops[layer]
         x, y, z = eye[k, 0], eye[k, 1], eye[k, 2]
         for n in range(ways.shape[1]):
             dx, dy, dz = ways[k, n, 0], ways[k, n, 1], ways[k, n, 2]
             b = (x + reach * dx, y + reach * dy, z + reach * dz)
-            out[k, n] = reach * min(1.0, first_rise(layer, (x, y, z), b, ground))
+            t = _walk((x, y, z), b, ground.cell, shape, heights, tops, ground.levels)
+            out[k, n] = reach * min(1.0, t)
 
 
 @kernel()

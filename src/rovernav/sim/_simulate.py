@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import contextlib
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -26,6 +27,7 @@ from ..core import (
 )
 from ..kernels import drive as kernels
 from ._body import Body
+from ._crew import Crew, joined_commands, joined_observations, joined_rovers, rows, slices
 from ._odometry import Odometry
 from ._trace import Trace, TraceBuilder
 from ._world import Worlds
@@ -139,8 +141,12 @@ def simulate(
     on_event: Watcher | None = None,
     settings: Mapping[str, Any] | None = None,
     record: str = "all",
+    workers: int = 1,
 ) -> Trace:
     """Drive until every rover has ended.
+
+    With several workers the batch is driven in parts, in step with each other, by as many threads.
+    Rovers know nothing of each other, so the trace is the same to the last bit.
 
     Args:
         drive: Who drives where.
@@ -149,19 +155,64 @@ def simulate(
         settings: Plain data kept in the trace: what is needed to run it again.
         record: ``all`` keeps poses, commands and readings, ``path`` poses alone, ``none`` only
             the ends.
+        workers: Threads. With more than one, a watcher sees rovers, observation and command of all,
+            but no memories: these stay with their parts.
 
     Returns:
         The trace; its `outcome` says how each rover ended.
+
+    Raises:
+        SettingError: Fewer than one worker.
     """
-    state = begin(drive, np.random.default_rng(seed))
+    if workers < 1:
+        raise SettingError(f"workers must be 1 or more, got {workers}")
     builder = TraceBuilder(record, body=isinstance(drive.motion, Body))
-    builder.add(state.rovers, None, None)
-    while state.rovers.driving.any():
-        state = tick(drive, state)
-        builder.add(state.rovers, state.observation, state.command)
-        if on_event is not None and on_event(state) is False:
-            break
+    wanted = record == "all" or on_event is not None
+    with contextlib.closing(_states(drive, seed, workers, wanted)) as states:
+        state = next(states)
+        builder.add(state.rovers, None, None)
+        while state.rovers.driving.any():
+            state = next(states)
+            builder.add(state.rovers, state.observation, state.command)
+            if on_event is not None and on_event(state) is False:
+                break
     return builder.finish(drive.mission, state.rovers, seed=seed, settings=dict(settings or {}))
+
+
+def _states(drive: Drive, seed: int, workers: int, wanted: bool) -> Generator[DriveState]:
+    """The drive at its start and after each step, for ever; observations if they are wanted."""
+    parts = [_part(drive, part) for part in slices(len(drive.mission.start), workers)]
+    if len(parts) == 1:
+        state = begin(drive, np.random.default_rng(seed))
+        while True:
+            yield state
+            state = tick(drive, state)
+    crew = Crew(workers)
+    try:
+        states = crew.each(lambda part: begin(part, np.random.default_rng(seed)), parts)
+        while True:
+            yield _joined(states, wanted)
+            states = crew.each(lambda both: tick(*both), list(zip(parts, states, strict=True)))
+    finally:
+        crew.leave()
+
+
+def _part(drive: Drive, part: slice) -> Drive:
+    worlds = replace(drive.worlds, of=drive.worlds.of[part])
+    return replace(drive, worlds=worlds, mission=rows(drive.mission, part))
+
+
+def _joined(states: Sequence[DriveState], wanted: bool) -> DriveState:
+    """All parts as one, without their memories; observation and command where they are wanted."""
+    seen = [state.observation for state in states if wanted and state.observation is not None]
+    commands = [state.command for state in states if wanted and state.command is not None]
+    return DriveState(
+        rovers=joined_rovers([state.rovers for state in states]),
+        sensors=(),
+        controller=None,
+        observation=joined_observations(seen) if seen else None,
+        command=joined_commands(commands) if commands else None,
+    )
 
 
 def _moved(drive: Drive, state: DriveState, command: Command) -> RoverState:
