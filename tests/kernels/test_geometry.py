@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -285,7 +286,7 @@ def test_the_closest_cell_is_the_closest_of_all() -> None:
                     (naive.segment_box(a, b, cell) for cell in naive.cells(blocked)),
                     default=math.inf,
                 )
-                for a, b in zip(points[:-1], points[1:], strict=True)
+                for a, b in pairwise(points)
             ]
         )
         order = np.argsort(gaps)
