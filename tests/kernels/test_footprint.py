@@ -116,8 +116,11 @@ def test_what_a_moving_footprint_sweeps(turning: bool) -> None:
         step = rng.uniform(-1, 1, 3) * (1.5, 0.5 if turning else 0.3, 1.5 if turning else 0.0)
         disc = Point(*rng.uniform(-1.5, 1.5, 2)).buffer(0.3, quad_segs=32)
         corners = np.array(disc.exterior.coords[:-1])
-        parts, bulge = k.parts_of(step, math.hypot(0.9, 0.5), 1e-3)
-        assert bulge <= 1e-3
+        bulge, blur = k.spread_of(step, math.hypot(0.9, 0.5))
+        parts = 1
+        while blur / parts + 2.0 * bulge / parts**2 > 1e-3:
+            parts += 1
+        bulge /= parts**2
         assert turning or (parts == 1 and bulge == 0.0)
         at = [k.along_arc(start, step, i / parts) for i in range(parts + 1)]
         got = any(k.meets_shape(*hull_at(a, b), corners, bulge) for a, b in itertools.pairwise(at))

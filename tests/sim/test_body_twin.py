@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import shapely
 from numpy.testing import assert_allclose
 from shapely.geometry import Polygon
 
@@ -113,7 +114,7 @@ def test_what_is_met_on_an_arc_is_met_where_shapely_says() -> None:
     rng = np.random.default_rng(7)
     n, rover = 1000, dataclasses.replace(RESEARCH, mobility=None, turn_rate=3.0)
     corners = [
-        rng.uniform(-0.8, 0.8, 2) + rng.uniform(0.05, 0.4, (5, 1)) * np.stack(
+        rng.uniform(-0.55, 0.55, 2) + rng.uniform(0.05, 0.3, (5, 1)) * np.stack(
             [np.cos(turn), np.sin(turn)], axis=1)
         for turn in np.sort(rng.uniform(0, 2 * math.pi, (n, 5)), axis=1)
     ]  # fmt: skip
@@ -129,7 +130,7 @@ def test_what_is_met_on_an_arc_is_met_where_shapely_says() -> None:
     moved = body.move(worlds, mission, placed, Command(twist=twist), np.ones((n, 2)))
     counts = {"start": 0, "way": 0, "free": 0}
     for k in range(n):
-        obstacle = Polygon(corners[k]).buffer(0)
+        obstacle = shapely.make_valid(Polygon(corners[k]))
         if placed.outcome[k] == Outcome.COLLIDED:
             assert naive.footprint(rover, starts[k]).distance(obstacle) < 1e-9
             counts["start"] += 1
@@ -147,7 +148,7 @@ def test_what_is_met_on_an_arc_is_met_where_shapely_says() -> None:
                 break
             assert naive.footprint(rover, (x, y, a)).intersection(obstacle).area < 1e-9
         counts["free"] += moved.outcome[k] == Outcome.DRIVING
-    assert min(counts.values()) > 100, counts
+    assert min(counts.values()) > 60, counts
 
 
 def _each(corners: list[Any]) -> Any:

@@ -111,18 +111,24 @@ def first_touch(
         return MISS
     long = max(abs(n[wh.REAR]), abs(n[wh.FRONT]))
     far = np.sqrt(long * long + n[wh.HALF_WIDTH] * n[wh.HALF_WIDTH])
-    parts, e = fp.parts_of(step, far, n[wh.SLACK])
-    for i in range(parts):
-        low, high = i / parts, (i + 1) / parts
-        start = fp.along_arc(pose, step, low)
-        if not _touches(start, fp.along_arc(pose, step, high), e, of, body, ground, world, hull):
-            continue
-        free, met = low, high
-        for _ in range(fp.ROUNDS):
-            mid = 0.5 * (free + met)
-            if _touches(start, fp.along_arc(pose, step, mid), e, of, body, ground, world, hull):
-                met = mid
-            else:
-                free = mid
-        return free
+    bulge, blur = fp.spread_of(step, far)
+    t, share = 0.0, 1.0
+    while t < 1.0:
+        share = min(share, 1.0 - t)
+        start, e = fp.along_arc(pose, step, t), bulge * share * share
+        after = fp.along_arc(pose, step, t + share)
+        if not _touches(start, after, e, of, body, ground, world, hull):
+            t, share = t + share, 2.0 * share
+        elif blur * share + 2.0 * e > n[wh.SLACK]:
+            share = 0.5 * share
+        else:
+            free, met = t, t + share
+            for _ in range(fp.ROUNDS):
+                mid = 0.5 * (free + met)
+                after = fp.along_arc(pose, step, mid)
+                if _touches(start, after, e, of, body, ground, world, hull):
+                    met = mid
+                else:
+                    free = mid
+            return free
     return MISS

@@ -1,10 +1,10 @@
 """A rectangle that moves: what it touches on its way, closed sets both.
 
 The rectangle goes from one pose to another with a constant body twist, so its points move on arcs.
-An arc is cut into parts; over a part the convex hull of the rectangle at both ends, grown by the
-farthest that an arc can bulge from its chord, holds all that the rectangle passes. So nothing that
-it touches is missed, and nothing is touched that it passes by more than twice the bulge; straight
-ways and rectangles at rest have none and are exact. What is met is decided as in `geometry`.
+The convex hull of the rectangle at both ends of an arc, grown by the farthest that the arc can
+bulge from its chord, holds all that the rectangle passes: nothing is missed. It holds more than
+that, so where it meets something the arc is halved until that more is small. Straight ways and
+rectangles at rest have neither and are exact. What is met is decided as in `geometry`.
 
 Symbols: pose x [m], y [m], heading [rad]; rectangle (rear, front, right, left) in body axes [m];
 hull corners (m, 2) counter-clockwise [m]; e the bulge [m].
@@ -22,7 +22,6 @@ from .drive import WorldArrays
 from .geometry import first_box, side_of
 from .shapes import first_shape
 
-MOST_PARTS = 64
 ROUNDS = 30
 """Halvings that find where on its way a rectangle meets something."""
 
@@ -187,15 +186,14 @@ def meets_world(hull: Any, m: int, of: int, world: WorldArrays, grid: bool, e: f
 
 
 @kernel(inline=True)
-def parts_of(step: Any, far: float, slack: float) -> tuple[int, float]:
-    """Parts into which a step is cut, and the bulge e [m] of the arcs of their points.
+def spread_of(step: Any, far: float) -> tuple[float, float]:
+    """How far arcs bulge from chords, and what hulls hold beyond what is swept, over a whole step.
 
-    A point within `far` of the middle goes at most V = |(u, v)| + far |b| over an arc of b, and
-    bulges from the chord of a part of m by at most (V / m) (|b| / m) / 8.
+    A point within `far` of the middle goes at most V = |(u, v)| + far |b| over an arc of b and
+    leaves its chord by at most V |b| / 8 [m]; over a share of the step, by its square of that.
+    A hull also holds points between one point of the rectangle at the start and another, at most
+    2 far away, at the end: at most far |b| / 2 [m] from what is swept; over a share, its share.
     """
     turn = abs(step[2])
-    bulge = (np.sqrt(step[0] * step[0] + step[1] * step[1]) + far * turn) * turn / 8.0
-    if not bulge > 0.0:
-        return 1, 0.0
-    parts = int(min(max(1.0, np.ceil(np.sqrt(bulge / slack))), float(MOST_PARTS)))
-    return parts, bulge / (parts * parts)
+    way = np.sqrt(step[0] * step[0] + step[1] * step[1]) + far * turn
+    return way * turn / 8.0, 0.5 * far * turn

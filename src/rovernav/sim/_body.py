@@ -17,8 +17,8 @@ from ..rover import Rover, Soil, drive_table
 from ._footing import footing
 from ._world import Worlds
 
-SLACK = 0.5e-3
-"""Bulge of a swept footprint: it is never too small, and too large by at most twice this [m]."""
+SLACK = 1e-3
+"""A swept footprint is never too small, and too large by at most this [m]."""
 STUCK_SHARE, STUCK_WAY = 0.05, 2.0
 """Stuck: less than this share of a commanded way of so many wheel bases was made good."""
 _STEERING = {"two-axis": wh.TWO_AXIS, "skid": wh.SKID, "ackermann": wh.ACKERMANN, "crab": wh.CRAB}
