@@ -183,3 +183,46 @@ def test_words(ground: str) -> None:
     assert "Closest approach" in said.out
     assert "Steepest ground" in said.out
     assert max(map(len, lines)) <= 80
+
+
+def test_a_body_tells_energy_tilt_and_slip(ground: str) -> None:
+    words = ("drive", "--terrain", ground, *ACROSS, "--rover", "research", "--controller",
+             "goal-seeker")  # fmt: skip
+    point = tell(*words)
+    body = tell(*words, "--body", "--soil", "loose-sand", "--out", "body")
+    assert [point[key] for key in ("energy_kj", "worst_tilt_deg", "mean_slip", "soil")] == [
+        None
+    ] * 4
+    assert body["outcome"] == "reached"
+    assert body["time_s"] > point["time_s"]  # it slips
+    assert 0.015 * body["time_s"] < body["energy_kj"] < 0.1 * body["time_s"]
+    assert 1.0 < body["worst_tilt_deg"] < 4.0  # the plane's 1.3 degrees, and stones of the wall
+    assert 0.04 < body["mean_slip"] <= body["worst_slip"] < 0.2
+    assert body["soil"] == "loose-sand"
+    said = run("inspect", "body/trace.npz")
+    assert f"energy      {body['energy_kj']:.3f} kJ" in said.out
+    assert "worst tilt" in said.out
+    assert tell("inspect", "body/trace.npz")["body_of_first"]["energy_kj"] == body["energy_kj"]
+
+
+def test_a_body_is_stopped_by_the_wall_itself(ground: str) -> None:
+    words = ("drive", "--terrain", ground, *BLOCKED[:1], "4,-1.25", *BLOCKED[2:], "--rover",
+             "research", "--controller", "goal-seeker")  # fmt: skip
+    report = tell(*words, "--body")
+    assert report["outcome"] in ("collided", "timed_out")
+    assert report["energy_kj"] > 0.0
+
+
+def test_a_body_needs_wheels_ground_and_the_word(ground: str) -> None:
+    words = ("drive", "--terrain", ground, *ACROSS)
+    said = run(*words, "--body")
+    assert (said.code, said.out) == (2, "")
+    assert "rover paper-point has no wheels to set onto the ground" in said.err
+    said = run(*words, "--rover", "research", "--soil", "crust")
+    assert said.code == 2
+    assert "that goes with a body" in said.err
+    said = run(*words, "--rover", "research", "--body", "--soil", "custard")
+    assert said.code == 2
+    assert "custard" in said.err
+    said = run("drive", "bassil-v1", "--body")
+    assert "--body does not go with the named scenario bassil-v1" in said.err

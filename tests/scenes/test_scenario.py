@@ -220,3 +220,36 @@ def test_the_nearest_free_place_is_free_and_nearest() -> None:
     nowhere = dataclasses.replace(where, blocked=np.ones_like(where.blocked))
     with pytest.raises(SettingError, match="nowhere on this ground"):
         nearest_free(nowhere, (1.0, 1.0))
+
+
+HILLS = {"name": "hills", "side_m": 20.0, "cell_m": 0.2, "relief_m": 0.3, "craters": 0}
+
+
+def test_a_body_goes_with_ground_and_its_keys_with_a_body() -> None:
+    message = "a body goes with a terrain or generated ground, and there is none"
+    with pytest.raises(ValidationError, match=message):
+        scenario([0, 0], [5, 5], body=True)
+    for key, item in (("soil", "crust"), ("slip_spread", 0.2)):
+        with pytest.raises(ValidationError, match="that goes with a body; write body: true"):
+            scenario([3, 3], [9, 9], generate=HILLS, frame="local", **{key: item})
+
+
+def test_a_body_meets_obstacles_as_they_are_and_its_sensors_see_them_grown() -> None:
+    keys: dict[str, Any] = {
+        "generate": HILLS, "frame": "local", "rover": "research", "circles": [[9.0, 10.0, 1.0]],
+    }  # fmt: skip
+    point = set_scene(scenario([4, 10], [16, 10], **keys))
+    body = set_scene(scenario([4, 10], [16, 10], **keys, body=True, soil="crust", slip_spread=0.1))
+    assert isinstance(point, Ground)
+    assert isinstance(body, Ground)
+    assert point.scene.worlds.shapes_of()[0].radius > 1.3
+    assert body.scene.worlds.shapes_of()[0].radius == 1.0
+    grid = body.scene.worlds.grid
+    assert grid is not None
+    assert grid.blocked[50, 45 - 6] == 1  # 1.2 m off its middle: within the rover's radius
+    assert grid.blocked[50, 45 - 8] == 0
+    trace = simulate(body.scene.drive(find_controller("goal-seeker")), seed=0)
+    assert trace.energy is not None
+    far = np.hypot(*(trace.path() - (9.0, 10.0)).T).min()
+    assert trace.ended() is not Outcome.COLLIDED or far == pytest.approx(1.25, abs=0.05)
+    assert read_rover("research").radius > 0.3
