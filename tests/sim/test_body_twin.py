@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose
 from shapely.geometry import Polygon
 
 from rovernav.core import Command, Mission, Outcome, RoverState
+from rovernav.kernels.footprint import along_arc
 from rovernav.rover import Rover, Steering, read_rover, read_soil, surface
 from rovernav.sim import Body, Ground, Shape, Worlds
 from tests.naive import body as naive
@@ -143,7 +144,7 @@ def test_what_is_met_on_an_arc_is_met_where_shapely_says() -> None:
         assert end.intersection(obstacle).area < 1e-9
         share = np.linalg.norm(moved.pose[k, :2] - starts[k, :2])
         for t in np.linspace(0, 1, 50):
-            x, y, a = naive.moved(starts[k], twist[k], 0.0, twist[k, :2], t, count=1)
+            x, y, a = along_arc(starts[k], twist[k], t)
             if math.dist((x, y), starts[k, :2]) > share:
                 break
             assert naive.footprint(rover, (x, y, a)).intersection(obstacle).area < 1e-9
