@@ -38,6 +38,7 @@ from ._scenario import (
     set_scene,
     strewn,
 )
+from ._sensing import SENSING, sensed
 
 __all__ = [
     "BOUNDS",
@@ -45,6 +46,7 @@ __all__ = [
     "GENERATORS",
     "OBSTACLE",
     "PAPER_POINTS",
+    "SENSING",
     "STEP",
     "A",
     "B",
@@ -74,6 +76,7 @@ __all__ = [
     "scenario_names",
     "scenario_text",
     "scene_names",
+    "sensed",
     "set_scene",
     "strewn",
     "to_local",

@@ -6,7 +6,7 @@ from ._curves import CURVES, Curve
 from ._fan import RangeFan
 from ._metrics import clearance, path_length, tilt
 from ._motion import DifferentialDrive, TwoAxis
-from ._noise import InfraRed, NoisyFan, RangeNoise, Tilt, ranger
+from ._noise import LIDAR, SONAR, InfraRed, NoisyFan, RangeNoise, Tilt, ranger
 from ._odometry import Drift, Odometry
 from ._patch import HoleSensor, Patch
 from ._sensors import ClearSight, OffLine
@@ -17,6 +17,8 @@ from ._world import Grid, Ground, Rocks, Worlds
 
 __all__ = [
     "CURVES",
+    "LIDAR",
+    "SONAR",
     "Body",
     "ClearSight",
     "Curve",
