@@ -42,12 +42,14 @@ def mission_at(poses: Any) -> Mission:
     return Mission(start=start, goal=start[:, :2] + 5.0, goal_radius=0.5, time_limit=9.0)
 
 
-def held(local: LocalMap, k: int = 0) -> dict[tuple[int, int], tuple[float, float]]:
-    """{cell: (height, variance)} of what a map knows."""
+def held(local: LocalMap, k: int = 0) -> dict[tuple[int, int], tuple[float, ...]]:
+    """{cell: (height, variance, top)} of what a map knows."""
     seen = view(local, k)
     low = np.round(np.array(seen.frame.origin)[::-1] / local.cell).astype(int)
     return {
-        (int(i + low[0]), int(j + low[1])): (float(seen.height[i, j]), float(seen.variance[i, j]))
+        (int(i + low[0]), int(j + low[1])): tuple(
+            float(layer[i, j]) for layer in (seen.height, seen.variance, seen.top)
+        )
         for i, j in zip(*np.nonzero(np.isfinite(seen.height)), strict=True)
     }
 
@@ -256,7 +258,7 @@ def test_patches_without_an_estimate_are_laid_where_they_fit(rng: np.random.Gene
         patch = 0.2 * LOOK.places[None, :, 0]
         _, memory = mapper.update(memory, pose, memory.goal, {"patch": patch})
     known = held(memory)
-    for (row, column), (height, _) in known.items():
+    for (row, column), (height, *_) in known.items():
         assert height == pytest.approx(0.2 * (column + 0.5) * 0.2, abs=0.06), (row, column)
 
 

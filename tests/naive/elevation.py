@@ -57,25 +57,26 @@ def variance_of(f: Any, place: Any, up: float) -> float:
 
 
 def fused(
-    known: dict[Cell, tuple[float, float]], pose: Any, z: float, places: Any, patch: Any, f: Any
+    known: dict[Cell, tuple[float, ...]], pose: Any, z: float, places: Any, patch: Any, f: Any
 ) -> None:
-    """Take a patch into {cell: (height, variance)}; float32 as the map is."""
+    """Take a patch into {cell: (height, variance, top)}; float32 as the map is."""
     for place, up in zip(places, patch, strict=True):
         if math.isnan(up):
             continue
         at, v, new = cell_at(pose, place, f.cell), variance_of(f, place, up), z + up
         if at not in known:
-            got = (new, v)
+            got = (new, v, -math.inf)
         else:
-            h, w = known[at]
+            h, w, top = known[at]
             if abs(new - h) <= 3.0 * math.sqrt(w + v):
-                got = ((h / w + new / v) / (1 / w + 1 / v), 1 / (1 / w + 1 / v))
+                got = ((h / w + new / v) / (1 / w + 1 / v), 1 / (1 / w + 1 / v), top)
             else:
-                got = (new, v) if new > h else (h, w + v)
-        known[at] = (float(np.float32(got[0])), float(np.float32(got[1])))
+                got = (new, v, top) if new > h else (h, w + v, top)
+        peak = max(got[2], new - f.sure * math.sqrt(v))
+        known[at] = (float(np.float32(got[0])), float(np.float32(got[1])), float(np.float32(peak)))
 
 
-def slope_at(known: dict[Cell, tuple[float, float]], at: Cell, p: Any) -> float:
+def slope_at(known: dict[Cell, tuple[float, ...]], at: Cell, p: Any) -> float:
     """Slope [rad] of the plane through the known cells around, by least squares; NaN: too few."""
     span = range(-p.half, p.half + 1)
     rows = [
@@ -90,17 +91,18 @@ def slope_at(known: dict[Cell, tuple[float, float]], at: Cell, p: Any) -> float:
     return math.atan(math.hypot(fit[0], fit[1])) if rank == 3 else math.nan
 
 
-def ledge_at(known: dict[Cell, tuple[float, float]], at: Cell, p: Any) -> float:
+def ledge_at(known: dict[Cell, tuple[float, ...]], at: Cell, p: Any) -> float:
     if at not in known:
         return math.nan
-    most, (z, w) = 0.0, known[at]
-    span = range(-p.wheel, p.wheel + 1)
+    most, span = 0.0, range(-p.wheel, p.wheel + 1)
     for i, j in itertools.product(span, span):
-        other = known.get((at[0] + i, at[1] + j))
+        other = (at[0] + i, at[1] + j)
         far = math.hypot(i, j)
-        if other is None or not 0 < far <= p.wheel:
+        if other not in known or not 0 < far <= p.wheel:
             continue
-        rise = abs(other[0] - z)
-        if rise > p.slope * p.cell * far:
-            most = max(most, rise - p.sure * math.sqrt(w + other[1]))
+        for high, low in ((at, other), (other, at)):
+            height, variance, _ = known[low]
+            rise = known[high][2] - height - p.sure * math.sqrt(variance)
+            if rise > p.slope * p.cell * far:
+                most = max(most, rise)
     return most

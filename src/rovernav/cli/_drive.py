@@ -68,6 +68,18 @@ def drive(
         str | None,
         Parameter(help="Soil under a body; the rover's own if not given."),
     ] = None,
+    sensing: Annotated[
+        str | None,
+        Parameter(help="What it sees with: ideal (default), lidar, sonar or stereo."),
+    ] = None,
+    drift: Annotated[
+        bool,
+        Parameter(negative="", help="Go by odometry that drifts, not by the true pose."),
+    ] = False,
+    route: Annotated[
+        str | None,
+        Parameter(help="Follow a route: a .geojson file, or plan for one over the terrain."),
+    ] = None,
     rocks: Annotated[
         float | None, Parameter(help="Scatter rocks over this share of the ground, like 0.05.")
     ] = None,
@@ -101,8 +113,8 @@ def drive(
         {
             "terrain": terrain, "cell": cell, "from": start, "to": goal, "frame": frame,
             "rover": rover, "controller": controller, "rocks": rocks, "seed": seed,
-            "body": body or None, "soil": soil,
-            "carry": names_in(carry),
+            "body": body or None, "soil": soil, "sensing": sensing, "drift": drift or None,
+            "route": route, "carry": names_in(carry),
         },
         require=require,
         metrics=names_in(metrics) or (),
@@ -147,7 +159,7 @@ def run_drive(
         files = [out / name for name in (*FILES, *([MOVIE] if movie else []))]
         keep_apart(
             {f"--out ({path.name})": path for path in files},
-            [scenario, *(settings.get(key) for key in ("terrain", "controller", "rover"))],
+            [scenario, *(settings.get(key) for key in ("terrain", "controller", "rover", "route"))],
         )
         trace = _simulate(scene, settings, out, update)
         _write(files[: len(FILES)], scene, trace)
@@ -175,12 +187,15 @@ def _simulate(
     out: Path,
     update: Callable[[float, str], None],
 ) -> Trace:
-    from ..learn import find_controller
+    from ..learn import find_controller, routed
     from ..scenes import Ground
     from ..sim import DriveState, simulate
 
     inner = scene.scene if isinstance(scene, Ground) else scene
-    set_up = inner.drive(find_controller(settings["controller"]))
+    driver = find_controller(settings["controller"])
+    if settings.get("route") is not None:
+        driver = routed(driver, scene, settings["route"])
+    set_up = inner.drive(driver)
     claim_folder(out)
     limit = inner.mission.time_limit
 
@@ -250,9 +265,9 @@ def _write(files: list[Path], scene: Scene | Ground, trace: Trace) -> None:
 
 def _sensed(scene: Ground, trace: Trace) -> Any:
     """Where range beams met something, at most some ten thousand points; None without a fan."""
-    from ..sim import RangeFan
+    from ..sim import NoisyFan, RangeFan
 
-    fans = [sensor for sensor in scene.scene.sensors if isinstance(sensor, RangeFan)]
+    fans = [each for each in scene.scene.sensors if isinstance(each, RangeFan | NoisyFan)]
     steps = int(trace.steps[0])
     if not fans or not steps:
         return None

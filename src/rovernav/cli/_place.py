@@ -11,7 +11,19 @@ if TYPE_CHECKING:
     from ..scenes import Ground, Scenario, Scene
     from ..terrain import Raster, Terrain
 
-GROUND = ("terrain", "cell", "from", "to", "frame", "rocks", "body", "soil")
+GROUND = (
+    "terrain",
+    "cell",
+    "from",
+    "to",
+    "frame",
+    "rocks",
+    "body",
+    "soil",
+    "sensing",
+    "drift",
+    "route",
+)
 """Options that say where to drive; a scenario says it itself."""
 
 

@@ -43,6 +43,10 @@ rover: paper-point           # a rover file, my-rover.yaml, or one of the preset
 # slip_spread: 0.3           # slip differs by up to this share from drive to drive, by seed
 controller: bassil           # bassil: the paper's network; neural: the shipped driver, for rovers
                              # with differential drive; goal-seeker; planner; or a network file
+# sensing: ideal             # what it sees with: ideal; lidar or sonar: a fan with noise; stereo:
+                             # heights, from which it makes its own map of where it can go
+# drift: true                # it goes by odometry that drifts, instead of its true pose
+# route: way.geojson         # follow this line, from rovernav route; or plan, for one planned here
 
 # How long, and what is random.
 # time_limit_s: 60.0         # longest drive; five times the straight line where not given

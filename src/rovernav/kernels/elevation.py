@@ -4,8 +4,11 @@ After P. Fankhauser, M. Bloesch and M. Hutter, Probabilistic terrain mapping for
 uncertain localization, IEEE Robotics and Automation Letters 3 (2018): a height and a variance in
 each cell, fused as by Kalman, with the pose's growing uncertainty added to what is not seen again.
 
-Symbols: h height, v its variance, c cell, s side of the map in cells. The maps roll as those of
-`kernels.fan` do: world cell (i, j) lies at (i & (s - 1), j & (s - 1)).
+A mean halves what is narrower than a cell, and a rock of one post can stop a wheel: so a cell knows
+its top too, the height that some ground in it surely reaches.
+
+Symbols: h height, v its variance, t top, c cell, s side of the map in cells. The maps roll as those
+of `kernels.fan` do: world cell (i, j) lies at (i & (s - 1), j & (s - 1)).
 """
 
 from __future__ import annotations
@@ -33,12 +36,14 @@ class Fusion(NamedTuple):
         mast: Height of the eyes [m].
         noise: Of heights, for each square metre of distance squared [1/m].
         least: Smallest variance of a reading [m^2]: ground is not level within a cell.
+        sure: Standard deviations by which a reading must be higher for the top of a cell.
     """
 
     cell: float
     mast: float
     noise: float
     least: float
+    sure: float
 
 
 class Limits(NamedTuple):
@@ -86,11 +91,14 @@ def forget(layer: Any, centre: Any, pose: Any, c: float, fill: float) -> None:
 
 
 @kernel()
-def inflate(variance: Any, slope: Any, rise: Any, aside: Any) -> None:
+def inflate(variance: Any, top: Any, slope: Any, rise: Any, aside: Any) -> None:
     """Add to each variance what the pose became less sure by: v += rise + tan(slope)^2 aside.
+
+    Tops sink by what the standard deviation grows.
 
     Args:
         variance: (n, s, s) [m^2], changed; NaN stays.
+        top: (n, s, s) [m], changed.
         slope: As last judged (n, s, s) [rad]; unknown counts as level.
         rise: Growth of the variance of the rover's height (n,) [m^2].
         aside: Growth of the variance of its place (n,) [m^2].
@@ -102,7 +110,10 @@ def inflate(variance: Any, slope: Any, rise: Any, aside: Any) -> None:
         for i in range(s):
             for j in range(s):
                 tilt = math.tan(slope[k, i, j]) if slope[k, i, j] == slope[k, i, j] else 0.0
-                variance[k, i, j] += rise[k] + tilt * tilt * aside[k]
+                before = np.float64(variance[k, i, j])
+                after = before + rise[k] + tilt * tilt * aside[k]
+                top[k, i, j] -= math.sqrt(after) - math.sqrt(before)
+                variance[k, i, j] = after
 
 
 @kernel(inline=True)
@@ -131,7 +142,7 @@ def _variance(f: Fusion, forward: float, left: float, up: float) -> float:
 
 @kernel()
 def level(
-    height: Any, variance: Any, centre: Any, pose: Any, places: Any, patch: Any, f: Fusion, out: Any
+    height: Any, variance: Any, centre: Any, stand: Any, places: Any, patch: Any, f: Fusion
 ) -> None:
     """The height of each rover's ground that fits its patch best to its map; 0 with no overlap.
 
@@ -141,61 +152,70 @@ def level(
         height: (n, s, s) [m].
         variance: (n, s, s) [m^2].
         centre: Cell of each rover (n, 2).
-        pose: Where the rovers think they are (n, 3).
+        stand: Where the rovers think they are, and that height (n, 4); the height is written.
         places: Forward, left of the patch's places (m, 2) [m].
         patch: Heights over the ground under the rover (n, m) [m], NaN where not seen.
         f: How a patch is taken in.
-        out: (n,) [m].
     """
     s = height.shape[1]
-    for k in range(pose.shape[0]):
+    for k in range(stand.shape[0]):
         total, weights = 0.0, 0.0
         for m in range(places.shape[0]):
             z = patch[k, m]
-            x, y = _place(k, m, pose, places)
+            x, y = _place(k, m, stand, places)
             i, j = _at(x, y, k, centre, s, f.cell)
             if z != z or i < 0 or height[k, i, j] != height[k, i, j]:
                 continue
             v = variance[k, i, j] + _variance(f, places[m, 0], places[m, 1], z)
             total += (height[k, i, j] - z) / v
             weights += 1.0 / v
-        out[k] = total / weights if weights > 0.0 else 0.0
+        stand[k, 3] = total / weights if weights > 0.0 else 0.0
 
 
 @kernel()
 def fuse(
-    height: Any, variance: Any, centre: Any, pose: Any, z: Any, places: Any, patch: Any, f: Fusion
+    height: Any,
+    variance: Any,
+    top: Any,
+    centre: Any,
+    stand: Any,
+    places: Any,
+    patch: Any,
+    f: Fusion,
 ) -> None:
     """Take the patches into the maps.
 
     Each seen place changes the cell under it, in the order of the places. An unknown cell becomes
     (z, v). A reading within 3 sqrt(v_cell + v) is fused: 1/v' = 1/v_cell + 1/v, h' = v' (h / v_cell
     + z / v). A higher one takes the cell: there is an edge in it, and its top counts. A lower one
-    only makes the cell less sure, by its own variance.
+    only makes the cell less sure, by its own variance. The top rises to z - sure sqrt(v).
 
     Args:
         height: (n, s, s) [m], changed.
         variance: (n, s, s) [m^2], changed.
+        top: (n, s, s) [m], changed.
         centre: Cell of each rover (n, 2).
-        pose: Where the rovers think they are (n, 3).
-        z: Height of the ground under each (n,) [m].
+        stand: Where the rovers think they are, and the height of the ground there (n, 4).
         places: Forward, left of the patch's places (m, 2) [m].
         patch: Heights over the ground under the rover (n, m) [m], NaN where not seen.
         f: How a patch is taken in.
     """
     s = height.shape[1]
-    for k in range(pose.shape[0]):
+    for k in range(stand.shape[0]):
         for m in range(places.shape[0]):
             up = patch[k, m]
-            x, y = _place(k, m, pose, places)
+            x, y = _place(k, m, stand, places)
             i, j = _at(x, y, k, centre, s, f.cell)
             if up != up or i < 0:
                 continue
-            v, new = _variance(f, places[m, 0], places[m, 1], up), z[k] + up
+            v, new = _variance(f, places[m, 0], places[m, 1], up), stand[k, 3] + up
             h, w = np.float64(height[k, i, j]), np.float64(variance[k, i, j])
+            least = new - f.sure * math.sqrt(v)
             if h != h:
-                height[k, i, j], variance[k, i, j] = new, v
-            elif abs(new - h) <= GATE * math.sqrt(w + v):
+                height[k, i, j], variance[k, i, j], top[k, i, j] = new, v, least
+                continue
+            top[k, i, j] = max(np.float64(top[k, i, j]), least)
+            if abs(new - h) <= GATE * math.sqrt(w + v):
                 height[k, i, j] = (h * v + new * w) / (w + v)
                 variance[k, i, j] = w * v / (w + v)
             elif new > h:
@@ -206,17 +226,26 @@ def fuse(
 
 @kernel()
 def judge(
-    height: Any, variance: Any, centre: Any, p: Limits, slope: Any, step: Any, reason: Any
+    height: Any,
+    variance: Any,
+    top: Any,
+    centre: Any,
+    p: Limits,
+    slope: Any,
+    step: Any,
+    reason: Any,
 ) -> None:
     """Where each rover could stand, by the heights it knows, in the cells around it.
 
     The slope of a cell is that of the plane fitted to the known cells under a footing, of which
-    `ENOUGH` must be known. A ledge is the largest difference to a known cell within a wheel's
-    diameter that is steeper than the slope limit, less `sure` times its standard deviation.
+    `ENOUGH` must be known. A ledge is the largest difference between the top of the cell and the
+    height of a known one within a wheel's diameter, or the other way round, that is steeper than
+    the slope limit, less `sure` times the standard deviation of that height.
 
     Args:
         height: (n, s, s) [m], NaN where unknown.
         variance: (n, s, s) [m^2].
+        top: (n, s, s) [m].
         centre: Cell of each rover (n, 2).
         p: The limits.
         slope: (n, s, s), float32 [rad], NaN where unknown; written.
@@ -234,7 +263,8 @@ def judge(
                 a, b = i & mask, j & mask
                 tilt = _plane(height[k], i, j, (row, column), p)
                 slope[k, a, b] = math.atan(tilt) if tilt == tilt else np.nan
-                ledge = _ledge(height[k], variance[k], i, j, (row, column), p)
+                layers = (height[k], variance[k], top[k])
+                ledge = _ledge(layers, i, j, (row, column), p)
                 step[k, a, b] = ledge
                 if tilt > p.slope:
                     reason[k, a, b] = STEEP
@@ -274,14 +304,15 @@ def _plane(h: Any, i: int, j: int, centre: Any, p: Limits) -> float:
 
 
 @kernel()
-def _ledge(h: Any, v: Any, i: int, j: int, centre: Any, p: Limits) -> float:
+def _ledge(layers: Any, i: int, j: int, centre: Any, p: Limits) -> float:
     """The highest sure ledge around cell (i, j) [m]; NaN where it is not known."""
+    h, v, t = layers
     s = h.shape[0]
     half, mask = s // 2, s - 1
-    z, w = np.float64(h[i & mask, j & mask]), np.float64(v[i & mask, j & mask])
+    z, peak = np.float64(h[i & mask, j & mask]), np.float64(t[i & mask, j & mask])
     if z != z:
         return np.nan
-    most = 0.0
+    most, low = 0.0, z + p.sure * math.sqrt(np.float64(v[i & mask, j & mask]))
     for di in range(-p.wheel, p.wheel + 1):
         for dj in range(-p.wheel, p.wheel + 1):
             far = di * di + dj * dj
@@ -290,11 +321,11 @@ def _ledge(h: Any, v: Any, i: int, j: int, centre: Any, p: Limits) -> float:
                 continue
             if not (-half <= a - centre[0] < half and -half <= b - centre[1] < half):
                 continue
-            other = np.float64(h[a & mask, b & mask])
-            rise = abs(other - z)  # NaN where the other is unknown
-            if rise > p.slope * p.cell * math.sqrt(far):
-                sure = rise - p.sure * math.sqrt(w + np.float64(v[a & mask, b & mask]))
-                most = max(most, sure)
+            a, b = a & mask, b & mask
+            other = np.float64(h[a, b]) + p.sure * math.sqrt(np.float64(v[a, b]))
+            rise = max(peak - other, np.float64(t[a, b]) - low)
+            if other == other and rise > p.slope * p.cell * math.sqrt(far):
+                most = max(most, rise)
     return most
 
 

@@ -23,6 +23,7 @@ class Elevation:
     Attributes:
         height: Height over the ground at the start (n, s, s), float32 [m]; NaN where unknown.
         variance: Its variance (n, s, s), float32 [m^2]; NaN where unknown.
+        top: Height that some ground in the cell surely reaches (n, s, s), float32 [m].
         slope: Slope over the rover's footing (n, s, s), float32 [rad]; NaN where unknown.
         step: Highest ledge (n, s, s), float32 [m]; NaN where unknown.
         reason: A `rover.Reason` for each cell (n, s, s), uint8; `NO_DATA` where it is unknown.
@@ -32,6 +33,7 @@ class Elevation:
 
     height: F32
     variance: F32
+    top: F32
     slope: F32
     step: F32
     reason: U8
@@ -47,6 +49,7 @@ class View(NamedTuple):
             own metres.
         height: (s, s) [m].
         variance: (s, s) [m^2].
+        top: (s, s) [m].
         slope: (s, s) [rad].
         step: (s, s) [m].
         reason: (s, s).
@@ -56,6 +59,7 @@ class View(NamedTuple):
     frame: Frame
     height: F32
     variance: F32
+    top: F32
     slope: F32
     step: F32
     reason: U8
@@ -97,7 +101,10 @@ class ElevationMapper:
         cell: Side of a cell [m]; such that the map reaches twice as far as the eyes where not
             given.
         rays: Directions in which the map is asked.
-        sure: Standard deviations by which a ledge must be higher than the rover's limit.
+        margin: What is kept from hazards beyond the rover's radius [m]; one cell where not given.
+        prudence: Share of the rover's step limit that a ledge may have: of a rock as narrow as a
+            cell, a view from places between its posts shows some three quarters.
+        sure: Standard deviations by which tops and ledges must be higher than read.
         closed: Whether unknown ground is blocked.
     """
 
@@ -110,6 +117,8 @@ class ElevationMapper:
         side: int = 128,
         cell: float | None = None,
         rays: int = 64,
+        margin: float | None = None,
+        prudence: float = 0.85,
         sure: float = 1.0,
         closed: bool = False,
     ) -> None:
@@ -124,15 +133,17 @@ class ElevationMapper:
         self.look = Look(look.places, float(look.far), float(look.mast), float(look.noise))
         self.fan = fan
         self.extent = self.cell * (side // 2 - 1)
-        self._fusion = kernels.Fusion(self.cell, self.look.mast, self.look.noise, LEAST**2)
+        self._fusion = kernels.Fusion(
+            self.cell, self.look.mast, self.look.noise, LEAST**2, float(sure)
+        )
         half = max(1, round(0.5 * rover.footing / self.cell))
         self._limits = kernels.Limits(
             cell=self.cell,
             half=half,
             wheel=max(1, round(2.0 * rover.wheel_radius / self.cell)),
             slope=math.tan(rover.max_slope),
-            step=rover.max_step,
-            radius=rover.radius / self.cell,
+            step=prudence * rover.max_step,
+            radius=(rover.radius + (self.cell if margin is None else margin)) / self.cell,
             sure=float(sure),
             around=min(side // 2, math.ceil(self.look.far / self.cell) + half + 1),
         )
@@ -142,7 +153,7 @@ class ElevationMapper:
         n, s = len(mission.start), self.side
         nan = np.full((n, s, s), np.nan, np.float32)
         ground = Elevation(
-            height=nan, variance=nan, slope=nan, step=nan,
+            height=nan, variance=nan, top=nan, slope=nan, step=nan,
             reason=np.full((n, s, s), kernels.UNKNOWN, np.uint8),
             marks=np.zeros((n, s, s), np.uint8), unsure=np.zeros((n, 2)),
         )  # fmt: skip
@@ -171,57 +182,55 @@ class ElevationMapper:
         was = memory.ground
         if not isinstance(was, Elevation):
             raise SettingError("an elevation map goes on from one of its own, not from another map")
-        layers = [
-            getattr(was, name).copy()
-            for name in ("height", "variance", "slope", "step", "reason", "marks")
-        ]
+        new = {name: getattr(was, name).copy() for name in LAYERS}
         centre = memory.centre.copy()
-        self._roll(layers, centre, pose)
-        unsure = self._take_in(layers, centre, pose, channels, was.unsure)
-        cells = self._judge(layers, centre, pose, channels)
-        height, variance, slope, step, reason, marks = layers
-        ground = Elevation(
-            height=height, variance=variance, slope=slope, step=step, reason=reason, marks=marks,
-            unsure=unsure,
-        )  # fmt: skip
+        for name, layer in new.items():
+            if name != "marks":
+                fill = kernels.UNKNOWN if name == "reason" else np.nan
+                kernels.forget(layer, centre, pose, self.cell, fill)
+        fan.roll(new["marks"], centre, pose, self.cell)
+        unsure = self._take_in(new, centre, pose, channels, was.unsure)
+        cells = self._judge(new, centre, pose, channels)
         now = LocalMap(
-            cells=cells, centre=centre, pose=pose, goal=goal, cell=self.cell, ground=ground
-        )
+            cells=cells, centre=centre, pose=pose, goal=goal, cell=self.cell,
+            ground=Elevation(**new, unsure=unsure),
+        )  # fmt: skip
         return self._ask(now, channels), now
 
-    def _roll(self, layers: list[Any], centre: Any, pose: F64) -> None:
-        for layer, fill in zip(layers[:5], (np.nan,) * 4 + (kernels.UNKNOWN,), strict=True):
-            kernels.forget(layer, centre, pose, self.cell, fill)
-        fan.roll(layers[5], centre, pose, self.cell)
-
     def _take_in(
-        self, layers: list[Any], centre: Any, pose: F64, channels: Mapping[str, F64], unsure: F64
+        self, new: dict[str, Any], centre: Any, pose: F64, channels: Mapping[str, F64], unsure: F64
     ) -> F64:
-        """Heights and variances after this patch; returns how unsure the rovers are now."""
-        height, variance, slope = layers[:3]
+        """Take this patch into the layers; returns how unsure the rovers are now."""
+        height, variance, top = new["height"], new["variance"], new["top"]
         patch, places, f = channels["patch"], self.look.places, self._fusion
-        z, estimate = np.empty(len(pose)), channels.get("estimate")
+        stand, estimate = np.empty((len(pose), 4)), channels.get("estimate")
+        stand[:, :3] = pose
         if estimate is None:
-            kernels.level(height, variance, centre, pose, places, patch, f, z)
+            kernels.level(height, variance, centre, stand, places, patch, f)
         else:
-            z[:] = estimate[:, 3]
+            stand[:, 3] = estimate[:, 3]
             now = estimate[:, [4, 6]]
-            grown = np.maximum(now - unsure, 0.0)
-            kernels.inflate(variance, slope, grown[:, 1].copy(), grown[:, 0].copy())
+            grown = np.ascontiguousarray(np.maximum(now - unsure, 0.0).T)
+            kernels.inflate(variance, top, new["slope"], grown[1], grown[0])
             unsure = now
-        kernels.fuse(height, variance, centre, pose, z, places, patch, f)
+        kernels.fuse(height, variance, top, centre, stand, places, patch, f)
         return unsure
 
-    def _judge(self, layers: list[Any], centre: Any, pose: F64, channels: Mapping[str, F64]) -> U8:
-        height, variance, slope, step, reason, marks = layers
-        kernels.judge(height, variance, centre, self._limits, slope, step, reason)
+    def _judge(
+        self, new: dict[str, Any], centre: Any, pose: F64, channels: Mapping[str, F64]
+    ) -> U8:
+        kernels.judge(
+            new["height"], new["variance"], new["top"], centre, self._limits,
+            new["slope"], new["step"], new["reason"],
+        )  # fmt: skip
+        marks = new["marks"]
         if self.fan is not None:
             fan.mark(
                 marks, centre, pose, self.fan.angles, channels["beams"], self.fan.reach, self.cell,
                 4.0 * self.cell,
             )  # fmt: skip
         cells = np.empty_like(marks)
-        kernels.grow(reason, marks, centre, self._limits.radius, self.closed, cells)
+        kernels.grow(new["reason"], marks, centre, self._limits.radius, self.closed, cells)
         return cells
 
     def _ask(self, now: LocalMap, channels: Mapping[str, F64]) -> dict[str, F64]:
@@ -235,6 +244,8 @@ class ElevationMapper:
         return out
 
 
+LAYERS = ("height", "variance", "top", "slope", "step", "reason", "marks")
+"""The layers of a map, by name."""
 LEAST = 0.01
 """Standard deviation of the best height: ground is not level within a cell [m]."""
 BEAMS = 49
@@ -262,6 +273,7 @@ def view(local: LocalMap, k: int = 0) -> View:
         frame=Frame(cell=local.cell, shape=(s, s), origin=origin),
         height=flat(ground.height),
         variance=flat(ground.variance),
+        top=flat(ground.top),
         slope=flat(ground.slope),
         step=flat(ground.step),
         reason=flat(ground.reason),

@@ -39,6 +39,7 @@ from ._scenario import (
     set_scene,
     strewn,
 )
+from ._sensing import SENSING, sensed
 
 __all__ = [
     "BOUNDS",
@@ -46,6 +47,7 @@ __all__ = [
     "GENERATORS",
     "OBSTACLE",
     "PAPER_POINTS",
+    "SENSING",
     "STEP",
     "A",
     "B",
@@ -78,6 +80,7 @@ __all__ = [
     "scenario_names",
     "scenario_text",
     "scene_names",
+    "sensed",
     "set_scene",
     "strewn",
     "to_local",

@@ -26,6 +26,7 @@ from ._bassil import Scene
 from ._embodied import embodied
 from ._generated import Hills, generate
 from ._ground import GOAL_RADIUS, PATIENCE, Ground, among, equip, ground_scene, to_local
+from ._sensing import sensed
 
 FARTHEST = 100_000.0
 """Largest coordinate on ground without a terrain [m]."""
@@ -103,6 +104,11 @@ class Scenario(BaseModel):
             generated ground.
         soil: Soil for slip and energy of a body; the rover's own where not given.
         slip_spread: Share by which a body's slip may differ from the soil's usual one, by `seed`.
+        sensing: What the rover sees with: ``ideal``, ``lidar``, ``sonar`` or ``stereo``; see
+            `sensed`.
+        drift: Whether the rover goes by odometry that drifts, instead of its true pose.
+        route: GeoJSON file of a way to follow, relative to the scenario file, or ``plan`` for one
+            that is planned over the terrain; none where not given.
         controller: A controller's name, or a network file relative to the scenario file.
         carry: Sensors of installed plug-ins that the rover carries besides its own, by name.
         time_limit_s: Longest drive [s]; five times the straight line where not given.
@@ -125,6 +131,9 @@ class Scenario(BaseModel):
     body: Annotated[bool, Field(strict=True)] = False
     soil: str | None = None
     slip_spread: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False, strict=True)] = 0.0
+    sensing: Literal["ideal", "lidar", "sonar", "stereo"] = "ideal"
+    drift: Annotated[bool, Field(strict=True)] = False
+    route: Annotated[str, Field(min_length=1)] | None = None
     controller: str = "bassil"
     carry: Annotated[tuple[str, ...], Field(min_length=1, max_length=20)] | None = None
     time_limit_s: Annotated[float, Above0] | None = None
@@ -203,6 +212,8 @@ def read_scenario(path: Path) -> Scenario:
         beside["terrain"] = path.parent / scenario.terrain
     if scenario.rover and scenario.rover.endswith(SUFFIXES):
         beside["rover"] = str(path.parent / scenario.rover)
+    if scenario.route is not None and scenario.route != "plan":
+        beside["route"] = str(path.parent / scenario.route)
     if scenario.controller.endswith(".safetensors"):
         beside["controller"] = str(path.parent / scenario.controller)
     return scenario.model_copy(update=beside)
@@ -257,7 +268,7 @@ def _bare(scenario: Scenario) -> Scene | Ground:
     """The scene with what the rover carries anyway."""
     rover = read_rover(scenario.rover or "paper-point")
     if scenario.flat:
-        return _flat(scenario, rover)
+        return sensed(_flat(scenario, rover), scenario.sensing, drift=scenario.drift)
     if scenario.generate is not None:
         return on_terrain(scenario, generate(scenario.generate, seed=scenario.seed), rover)
     assert scenario.terrain is not None
@@ -287,9 +298,10 @@ def on_terrain(
         obstacles=shapes,
         where=where,
     )
-    if not scenario.body:
-        return ground
-    return embodied(ground, obstacles=shapes, soil=scenario.soil, spread=scenario.slip_spread)
+    if scenario.body:
+        spread = scenario.slip_spread
+        ground = embodied(ground, obstacles=shapes, soil=scenario.soil, spread=spread)
+    return sensed(ground, scenario.sensing, drift=scenario.drift)
 
 
 def obstacles(scenario: Scenario, terrain: Terrain | None = None) -> list[Shape]:

@@ -8,7 +8,7 @@ from ._fan import RangeFan
 from ._found import find_metric, find_sensor, metric_names
 from ._metrics import clearance, path_length, tilt
 from ._motion import DifferentialDrive, TwoAxis
-from ._noise import InfraRed, NoisyFan, RangeNoise, Tilt, ranger
+from ._noise import LIDAR, SONAR, InfraRed, NoisyFan, RangeNoise, Tilt, ranger
 from ._odometry import Drift, Odometry
 from ._patch import HoleSensor, Patch
 from ._sensors import ClearSight, OffLine
@@ -19,6 +19,8 @@ from ._world import Grid, Ground, Rocks, Worlds
 
 __all__ = [
     "CURVES",
+    "LIDAR",
+    "SONAR",
     "Body",
     "ClearSight",
     "Curve",

@@ -44,7 +44,7 @@ class Patch:
         view: float = math.radians(90.0),
         cell: float = 0.15,
         mast: float = 1.0,
-        noise: float = 0.0015,
+        noise: float = 0.001,
         lose: float = 0.02,
     ) -> None:
         given = {"near": near, "far": far, "view": view, "cell": cell, "mast": mast}
