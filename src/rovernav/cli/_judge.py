@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from ..rover import Hazards
     from ..terrain import Terrain
 
+WHOLE = 30_000_000
+"""Cells whose layers are told; they take 1.6 GB."""
 _DEGREES = 180.0 / math.pi
 
 
@@ -51,9 +53,9 @@ def judge(
     file: Path, given: Mapping[str, Any], asked: Judging, *, explain: bool, json: bool
 ) -> int:
     """Judge a terrain, say how, and draw its layers if asked to."""
-    from ..core import SettingError
+    from ..core import FileError, SettingError
     from ..rover import hazards, read_rover
-    from ..terrain import read_terrain
+    from ..terrain import open_raster, read_part
 
     if asked.turns < 0:
         raise SettingError(f"--turns must be at least 0, got {asked.turns}")
@@ -62,10 +64,18 @@ def judge(
     rover = read_rover(asked.rover or "")
     heading = None if asked.heading is None else math.radians(asked.heading)
     with progress_bar("judging"):
-        terrain = read_terrain(
+        raster = open_raster(
             file, cell=given["cell"], heights=given["heights"],
             south_first=bool(given["south-first"]),
         )  # fmt: skip
+        h, w = raster.frame.shape
+        if h * w > WHOLE:
+            raise FileError(
+                f"{file} has {w:,} x {h:,} cells, and layers are told of at most {WHOLE:,}; cut a "
+                f"part out (rovernav terrain export {file.name} --window WEST,SOUTH,EAST,NORTH "
+                "--out part.tif), or average (--factor N)"
+            )
+        terrain = read_part(raster, None, 1)
         found = hazards(terrain, rover, soil=asked.soil, heading=heading, turns=asked.turns)
         report = _report(file, terrain, found)
     files: list[Path] = []

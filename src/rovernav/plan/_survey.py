@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core import F32, F64, U8, Float, Frame, InputError, value
+from ..core import F32, F64, U8, FileError, Float, Frame, InputError, value
 from ..kernels import pooling, resample
 from ..rover import Hazards, Reason, Rover, Standing, hazards, standing
 from ..terrain import Raster, Terrain, Window
@@ -22,6 +22,10 @@ from ._zones import Zones
 
 BLOCKS = 4_000_000
 """Blocks of a survey at most."""
+MOST = 10_000_000_000
+"""Cells of a raster at most: judging them takes some minutes."""
+SMALL, EMPTY = 100_000_000, 0.002
+"""A file of more cells with fewer bytes a cell than any compression reaches is empty."""
 BAND = 4_000_000
 """Cells of a band: judging it takes some 40 bytes each."""
 THREADS = 2
@@ -184,9 +188,10 @@ def survey(
         on_progress: Called with the share that is done, and what is done.
 
     Raises:
-        FileError: The file is damaged.
+        FileError: The file is damaged, nearly empty, or has more than 10^10 cells.
         InputError: No height at all, or one that cannot be.
     """
+    _check_size(raster)
     (h, w), frame = raster.frame.shape, raster.frame
     k = block or block_for(frame)
     rows = max(1, BAND // (w * k)) * k
@@ -196,6 +201,21 @@ def survey(
         found.append(band)
         on_progress(0.6 * len(found) * rows / h, "judging the ground")
     return _joined(raster, k, found)
+
+
+def _check_size(raster: Raster) -> None:
+    """Whether judging every cell makes sense."""
+    h, w = raster.frame.shape
+    told = f"{raster.path} has {w:,} x {h:,} cells"
+    do = (
+        f"cut a part out (rovernav terrain export {raster.path.name} --window "
+        "WEST,SOUTH,EAST,NORTH --out part.tif), or average (--factor N)"
+    )
+    if h * w > MOST:
+        raise FileError(f"{told}, and a route is planned over at most {MOST:,}; {do}")
+    held = raster.path.stat().st_size
+    if h * w > SMALL and held < EMPTY * h * w:
+        raise FileError(f"{told}, but only {held / 1e6:.1f} MB: nearly all of it is empty; {do}")
 
 
 def _in_turn(work: Callable[[Any], _Band], items: Iterator[Any]) -> Iterator[_Band]:
