@@ -18,7 +18,7 @@ import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv
 
-NAME = "RovernavRover-v1"
+NAME = "rovernav:RovernavRover-v1"
 TEST_SEED = 1_000_000
 """Worlds of the test have seeds from here on; those of the training are far below."""
 

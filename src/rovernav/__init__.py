@@ -10,6 +10,7 @@ costs next to nothing.
 from __future__ import annotations
 
 import importlib
+import sys
 from typing import TYPE_CHECKING
 
 from ._version import __version__ as __version__
@@ -63,3 +64,7 @@ def __getattr__(name: str) -> ModuleType:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+if "gymnasium.envs.registration" in sys.modules:  # make("rovernav:RovernavRover-v1") imports us
+    importlib.import_module(f"{__name__}.adapters").register_envs()

@@ -231,6 +231,22 @@ def test_modes_and_numbers_that_do_not_exist() -> None:
         make_many(1).step(np.zeros((1, 2), np.float32))
 
 
+def test_gymnasium_finds_it_by_the_name_of_the_package() -> None:
+    import subprocess
+    import sys
+
+    for first in (
+        "import gymnasium",
+        "import rovernav.adapters as a, gymnasium; a.register_envs()",
+    ):
+        script = f"{first}; print(gymnasium.make('rovernav:{NAME}').spec.id)"
+        done = subprocess.run(
+            [sys.executable, "-W", "error", "-c", script],
+            capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        assert done.stdout == f"{NAME}\n"
+
+
 def test_without_gymnasium_a_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     import sys
 

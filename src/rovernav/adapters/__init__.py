@@ -1,8 +1,8 @@
 """Optional packages put to use, one in each file.
 
 Dask as an executor, MuJoCo as a second opinion on how rovers stand, bags for ROS 2, an environment
-for Gymnasium. Nothing below this room knows them. Gymnasium imports this room when it is imported
-itself, so what is here is loaded when it is first used.
+for Gymnasium. Nothing below this room knows them, and they are loaded when something of theirs is
+used.
 """
 
 from __future__ import annotations
@@ -16,12 +16,15 @@ if TYPE_CHECKING:
     from ._dask import DaskExecutor
     from ._mujoco import Physics, Rested
     from ._register import register_envs
+    from ._rows import Task, features
 
 __all__ = [
     "DaskExecutor",
     "Physics",
     "Rested",
+    "Task",
     "connect",
+    "features",
     "open_executor",
     "register_envs",
     "write_bag",
@@ -30,7 +33,9 @@ _FILES = {
     "DaskExecutor": "_dask",
     "Physics": "_mujoco",
     "Rested": "_mujoco",
+    "Task": "_rows",
     "connect": "_cluster",
+    "features": "_rows",
     "open_executor": "_cluster",
     "register_envs": "_register",
     "write_bag": "_bag",

@@ -160,11 +160,7 @@ class Messages:
             "nav_msgs/msg/Odometry",
             header=self._header(self.stamps(k)[step], f"{name}odom"),
             child_frame_id=f"{name}base_link",
-            pose=self._new(
-                "geometry_msgs/msg/PoseWithCovariance",
-                pose=self._pose(self._way(k).believed[step]),
-                covariance=nothing,
-            ),
+            pose=self._new("geometry_msgs/msg/PoseWithCovariance", pose=here, covariance=nothing),
             twist=self._new(
                 "geometry_msgs/msg/TwistWithCovariance",
                 twist=self.twist(self.mean_twist(k, step)),

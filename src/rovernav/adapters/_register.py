@@ -1,4 +1,4 @@
-"""Telling Gymnasium of our environment; Gymnasium itself calls this when it is imported."""
+"""Telling Gymnasium of our environment."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ NAME = "RovernavRover-v1"
 def register_envs() -> None:
     """Register ``RovernavRover-v1``, alone and as a batch; once is enough.
 
-    Where rovernav is installed, Gymnasium does this by itself (entry point ``gymnasium.envs``).
+    Where Gymnasium is imported before rovernav, as ``make("rovernav:RovernavRover-v1")`` does it,
+    this happens by itself.
 
     Raises:
         MissingExtraError: The extra ``gym`` is not installed.
