@@ -33,7 +33,9 @@ def _post_init(check: Callable[[Any], None] | None) -> Callable[[Any], None]:
         for name in self.__dataclass_fields__:
             item = getattr(self, name)
             if isinstance(item, np.ndarray) and item.flags.writeable:
-                object.__setattr__(self, name, read_only(item))
+                view = item.view()
+                view.flags.writeable = False
+                object.__setattr__(self, name, view)
         if check is not None:
             check(self)
 
