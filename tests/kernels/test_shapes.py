@@ -128,7 +128,7 @@ def test_each_rover_meets_the_shapes_of_its_own_world() -> None:
         boxes=np.zeros((0, 4)),
         offsets=np.zeros(4, np.int64),
         of=np.array([2, 0, 1, 2]),
-        blocked=np.zeros((0, 0), np.uint8),
+        blocked=np.zeros((0, 0, 0), np.uint8),
         cell=1.0,
         corners=np.concatenate([SQUARE, [[5.0, 1.5]], SQUARE + np.array([2.0, 0.0])]),
         ends=np.array([0, 4, 5, 9]),
