@@ -1,6 +1,6 @@
 """What a rover sees of the ground and makes of it: two pictures, and drives by what was sensed.
 
-    python benchmarks/experiments/sensed_ground.py pictures    # docs/images/patch.png, hazard-map.png
+    python benchmarks/experiments/sensed_ground.py pictures    # patch.png and hazard-map.png
     python benchmarks/experiments/sensed_ground.py drives [N]  # the table of docs/sensors.md
 
 The drives: N worlds of 60 x 60 m (hills, 30 craters, rocks over 2 %), a research rover with a body
@@ -41,8 +41,11 @@ NEAR = 4.0
 def world(seed: int) -> tuple[dict[str, Any], Terrain, Standing]:
     """The settings of a drive, its ground, and where the rover can stand there."""
     settings = {
-        "generate": {"name": "hills", "side_m": 60.0, "cell_m": 0.15, "relief_m": 4.0, "craters": 30},
-        "rocks": 0.02, "seed": seed, "rover": "research", "body": True, "from": [8, 8], "to": [50, 48],
+        "generate": {
+            "name": "hills", "side_m": 60.0, "cell_m": 0.15, "relief_m": 4.0, "craters": 30,
+        },
+        "rocks": 0.02, "seed": seed, "rover": "research", "body": True,
+        "from": [8, 8], "to": [50, 48],
     }  # fmt: skip
     asked = build(Scenario, settings, source="this experiment")
     assert asked.generate is not None
@@ -81,21 +84,22 @@ def drives(count: int) -> None:
         print(f"| {name} | {driver} | {reached} of {count} | {near} | {bad} |")
 
 
-def pictures() -> None:
-    """Draw both."""
+def pictures(wanted: list[str]) -> None:
+    """Draw both, or one of `patch` and `hazards`."""
     import matplotlib as mpl
 
     mpl.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(
-        1, 2, figsize=(10, 4.2), width_ratios=(1, 1.25), layout="constrained"
-    )
-    draw_patch(figure, axes)
-    save(figure, "patch.png")
-    figure, axes = plt.subplots(1, 3, figsize=(11, 4.1), layout="constrained")
-    draw_hazards(figure, axes)
-    save(figure, "hazard-map.png")
+    if "patch" in wanted or not wanted:
+        shape: dict[str, Any] = {"figsize": (10, 4.2), "width_ratios": (1, 1.25)}
+        figure, axes = plt.subplots(1, 2, **shape, layout="constrained")
+        draw_patch(figure, axes)
+        save(figure, "patch.png")
+    if "hazards" in wanted or not wanted:
+        figure, axes = plt.subplots(1, 3, figsize=(11, 4.1), layout="constrained")
+        draw_hazards(figure, axes)
+        save(figure, "hazard-map.png")
 
 
 def save(figure: Any, name: str) -> None:
@@ -109,7 +113,7 @@ def save(figure: Any, name: str) -> None:
 def draw_patch(figure: Any, axes: Any) -> None:
     """A patch over a ridge from above, and the line of sight from the side."""
     cell, x = 0.1, (np.arange(120) + 0.5) * 0.1
-    ridge = 0.7 * np.exp(-(((x - 6.0) / 0.45) ** 2))
+    ridge = 0.4 * np.exp(-(((x - 6.0) / 0.45) ** 2))
     height = np.tile(ridge, (120, 1)).astype(np.float32)
     worlds = Worlds.single(ground=Ground(frame=Frame(cell=cell, shape=(120, 120)), height=height))
     sensor = Patch(far=8.0, cell=0.1, mast=1.2)
@@ -134,7 +138,8 @@ def draw_patch(figure: Any, axes: Any) -> None:
         right.axvspan(
             hidden.min(), hidden.max(), color="tab:orange", alpha=0.25, lw=0, label="hidden"
         )
-    top = int(np.argmax((ridge - 1.2) / (x - 2.5 + 1e-9) * (x > 2.6) - 9.0 * (x <= 2.6)))
+    near = np.flatnonzero((x > 4.0) & (x < 7.0))
+    top = int(near[np.argmax((ridge - 1.2)[near] / (x - 2.5)[near])])
     slope = (ridge[top] - 1.2) / (x[top] - 2.5)
     right.plot(
         [2.5, 11.0], [1.2, 1.2 + slope * 8.5], "--", lw=1, color="tab:red", label="line of sight"
@@ -180,6 +185,6 @@ def draw_hazards(figure: Any, axes: Any) -> None:
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["pictures"]:
-        pictures()
+        pictures(sys.argv[2:])
     else:
         drives(int(sys.argv[2]) if len(sys.argv) > 2 else 8)
