@@ -123,7 +123,7 @@ def draw_patch(figure: Any, axes: Any) -> None:
     seen = sensor.read(worlds, RoverState.at_start(mission), memory)[0][0]
     left, right = axes
     drawn = left.scatter(*(sensor.places + start[0, :2]).T, c=seen, s=3, marker="s", cmap="cividis",
-                         plotnonfinite=False, vmin=-0.1, vmax=0.8)  # fmt: skip
+                         plotnonfinite=False, vmin=-0.1, vmax=0.5)  # fmt: skip
     left.plot(*start[0, :2], "o", color="tab:red")
     left.annotate("rover", start[0, :2], (1.0, 6.6), color="tab:red")
     left.set(xlabel="x [m]", ylabel="y [m]", title="seen from above: white is unknown",
@@ -133,7 +133,8 @@ def draw_patch(figure: Any, axes: Any) -> None:
     at, z = sensor.places[row, 0] + 2.5, seen[row]
     right.fill_between(x, ridge, -0.2, color="0.85", label="ground")
     right.plot(at[np.isfinite(z)], z[np.isfinite(z)], ".", color="tab:blue", label="read")
-    hidden = at[np.isnan(z) & (at > 6.0) & (at < 9.5)]
+    again = at[np.isfinite(z) & (at > 6.5)].min(initial=11.0)
+    hidden = at[np.isnan(z) & (at > 6.0) & (at < again)]
     if len(hidden):
         right.axvspan(
             hidden.min(), hidden.max(), color="tab:orange", alpha=0.25, lw=0, label="hidden"
