@@ -165,8 +165,8 @@ def draw_hazards(figure: Any, axes: Any) -> None:
     local = view(state.mapper)
     (x0, y0), (w, h) = local.frame.origin, local.frame.extent
     extent = (x0, x0 + w, y0, y0 + h)
-    cells = [ground.frame.cell_of(*np.clip((x, y), 0, 59.9)) for y in y0 + (np.arange(128) + 0.5) * h / 128
-             for x in x0 + (np.arange(128) + 0.5) * w / 128]  # fmt: skip
+    x, y = (low + (np.arange(128) + 0.5) * wide / 128 for low, wide in ((x0, w), (y0, h)))
+    cells = [ground.frame.cell_of(*np.clip((a, b), 0, 59.9)) for b in y for a in x]
     truth = np.array([where.reason[at] for at in cells]).reshape(128, 128)
     colours = ListedColormap(["#f5f1e6", "#b8c4ce", "#c23b22", "#7a1fa2", "#f2b880"])
     norm = BoundaryNorm(np.arange(-0.5, 5.5), 5)
