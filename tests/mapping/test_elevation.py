@@ -197,7 +197,7 @@ def test_drift_makes_the_map_less_sure_and_no_less_honest(rng: np.random.Generat
 
 def test_hazards_are_those_of_the_truth_where_the_ground_was_seen(rng: np.random.Generator) -> None:
     terrain, sensor = hills(rng), Patch(far=5.0, cell=0.1, mast=1.2, noise=0.001)
-    mapper = ElevationMapper(ROVER, sensor, cell=0.125)
+    mapper = ElevationMapper(ROVER, sensor, cell=0.125, margin=0.0, prudence=1.0)
     memory, _ = looked_around(terrain, mapper, sensor)
     seen, truth = view(memory), standing(terrain, ROVER)
     right = wrong = missed = 0
@@ -208,9 +208,9 @@ def test_hazards_are_those_of_the_truth_where_the_ground_was_seen(rng: np.random
         right += real == ours
         wrong += ours and not real
         missed += real and not ours
-    assert right > 0.93 * (right + wrong + missed)
+    assert right > 0.9 * (right + wrong + missed)
     assert (seen.reason == Reason.SLOPE).sum() + (seen.reason == Reason.STEP).sum() > 20
-    assert missed < 0.05 * (right + wrong + missed)
+    assert missed < 0.02 * (right + wrong + missed)
 
 
 def test_unknown_ground_is_free_or_closed_as_asked() -> None:

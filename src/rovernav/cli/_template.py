@@ -46,6 +46,7 @@ controller: bassil           # bassil: the paper's network; neural: the shipped 
 # sensing: ideal             # what it sees with: ideal; lidar or sonar: a fan with noise; stereo:
                              # heights, from which it makes its own map of where it can go
 # drift: true                # it goes by odometry that drifts, instead of its true pose
+# carry: [my-sensor]         # sensors of installed plug-ins that it carries besides its own
 # route: way.geojson         # follow this line, from rovernav route; or plan, for one planned here
 
 # How long, and what is random.
