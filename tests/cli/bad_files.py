@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,28 @@ def ground_in(unit: str) -> None:
     ground()
     with rasterio.open("ground.tif", "r+") as file:
         file.units = (unit,)
+
+
+def sized(shape: tuple[int, int]) -> None:
+    """A GeoTIFF that says it has so many rows and columns, and holds none of them."""
+    import rasterio
+
+    tiled: dict[str, Any] = {"tiled": True, "blockxsize": 1024, "blockysize": 1024}
+    profile: dict[str, Any] = {
+        "driver": "GTiff", "count": 1, "dtype": "float32", "height": shape[0], "width": shape[1],
+        "crs": "EPSG:32633", "transform": rasterio.Affine(0.5, 0.0, -7.0, 0.0, -0.5, 9.0),
+        "SPARSE_OK": True, "BIGTIFF": "YES", **(tiled if min(shape) > 1024 else {}),
+    }  # fmt: skip
+    with rasterio.open("ground.tif", "w", **profile):
+        pass
+
+
+def zone(ring: list[list[float]]) -> None:
+    """An elevation model and one zone in its own coordinates."""
+    ground()
+    crs = {"type": "name", "properties": {"name": "EPSG:32633"}}
+    polygon = {"type": "Polygon", "coordinates": [ring], "crs": crs}
+    Path("zone.json").write_text(json.dumps(polygon))
 
 
 def array(heights: Any) -> None:

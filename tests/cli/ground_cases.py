@@ -289,3 +289,84 @@ MADE_WRONG: list[Wrong] = [
         nothing,
     ),
 ]
+
+ROUTE = "route ground.tif --from -5,-8 --to 20,-6.5"
+CUT = (
+    "cut a part out (rovernav terrain export ground.tif --window WEST,SOUTH,EAST,NORTH --out "
+    "part.tif), or average (--factor N)"
+)
+
+ROUTES: list[Wrong] = [
+    (
+        "a cut-off elevation model",
+        ROUTE,
+        "ground.tif is a damaged or cut-off GeoTIFF (…); fetch or export it again",
+        of(bad.ground, keep=0.5),
+    ),
+    (
+        "a single height",
+        ROUTE,
+        "GeoTIFF ground.tif: ground needs at least 3 x 3 heights, got shape (1, 1); give a "
+        "two-dimensional grid",
+        of(bad.sized, (1, 1)),
+    ),
+    (
+        "a strip of one row",
+        ROUTE,
+        "GeoTIFF ground.tif: ground needs at least 3 x 3 heights, got shape (1, 1000000); give a "
+        "two-dimensional grid",
+        of(bad.sized, (1, 1_000_000)),
+    ),
+    (
+        "no height to plan on",
+        ROUTE,
+        "GeoTIFF ground.tif: every height is missing; check the file's nodata value",
+        of(bad.ground_of, float("nan")),
+    ),
+    (
+        "another coordinate system than the file's",
+        ROUTE,
+        "ground.tif has its middle at (1493, -991), which is no place in its coordinate system "
+        "WGS 84; assign the right one (gdal_edit.py -a_srs EPSG:NUMBER FILE)",
+        of(bad.ground, crs="EPSG:4326", cells=(50.0, 0.0, 0.0, -50.0)),
+    ),
+    (
+        "a small file that says it is huge",
+        ROUTE,
+        "ground.tif has 60,000 x 60,000 cells, but only … MB: nearly all of it is empty; " + CUT,
+        of(bad.sized, (60_000, 60_000)),
+    ),
+    (
+        "more cells than can be judged",
+        ROUTE,
+        "ground.tif has 200,000 x 200,000 cells, and a route is planned over at most "
+        "10,000,000,000; " + CUT,
+        of(bad.sized, (200_000, 200_000)),
+    ),
+    (
+        "layers of more cells than memory holds",
+        "inspect ground.tif --rover research",
+        "ground.tif has 60,000 x 60,000 cells, and layers are told of at most 30,000,000; " + CUT,
+        of(bad.sized, (60_000, 60_000)),
+    ),
+    (
+        "a zone that crosses itself",
+        f"{ROUTE} --avoid zone.json",
+        "zone.json: zone 1 is no proper polygon: Self-intersection[…]; draw it without crossing "
+        "itself",
+        of(bad.zone, [[-5, -5], [5, 0], [5, -5], [-5, 0], [-5, -5]]),
+    ),
+    (
+        "a zone elsewhere",
+        f"{ROUTE} --avoid zone.json",
+        "zone.json: no zone touches the map, which reaches from (-7, -11) to (23, 9); check the "
+        "zones' coordinate system",
+        of(bad.zone, [[90, 0], [91, 0], [91, 1], [90, 0]]),
+    ),
+    (
+        "a zone whose ring does not close",
+        f"{ROUTE} --avoid zone.json",
+        "zone.json: a polygon's coordinates are damaged: …",
+        of(bad.zone, [[0, 0]]),
+    ),
+]

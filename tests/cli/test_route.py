@@ -115,3 +115,20 @@ def test_wrong_words(ground: Path, tmp_path: Path, words: tuple[str, ...], told:
     assert said.code == 2
     assert told in said.err
     assert "Traceback" not in said.err
+
+
+@pytest.mark.data
+@pytest.mark.long
+def test_every_movingai_file_by_the_command(data_dir: Path) -> None:
+    maps = sorted((data_dir / "movingai").glob("*/*.map"))
+    assert len(maps) == 14
+    for grid in maps:
+        scen = grid.with_name(f"{grid.name}.scen")
+        told = tell("route", grid, "--scen", scen)
+        words = [line.split()[-1] for line in scen.read_text().splitlines()[1:] if line.strip()]
+        assert told["scenarios"] == len(words) == len(told["lengths"])
+        published = np.array(words, float)
+        digits = np.array([len(word.partition(".")[2]) for word in words])
+        allowed = 0.5 * 10.0**-digits + 1e-6 * published
+        assert (np.abs(np.array(told["lengths"]) - published) <= allowed).all(), grid.name
+        assert told["max_rel_error"] <= (allowed / np.maximum(published, 1e-9)).max()

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from tests.cli import bad_files as bad
-from tests.cli.ground_cases import MADE_WRONG, PARTS
+from tests.cli.ground_cases import MADE_WRONG, PARTS, ROUTES
 from tests.cli.runner import run
 
 PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "wrong-input.md"
@@ -31,9 +31,10 @@ class Case(NamedTuple):
     make: Callable[[], Any] = lambda: None  # makes the files
 
 
-TABLE, NETWORK, CHECKPOINT, SCENARIO, ROVER, GROUND, MADE, TRACE, PLACE, OPTION = (
+TABLE, NETWORK, CHECKPOINT, SCENARIO, ROVER, GROUND, MADE, WAYS, TRACE, PLACE, OPTION = (
     "Pattern tables", "Network files", "Checkpoints", "Scenario files", "Rover files",
-    "Elevation models", "Made ground", "Traces", "Where things go", "Commands and options",
+    "Elevation models", "Made ground", "Routes and zones", "Traces", "Where things go",
+    "Commands and options",
 )  # fmt: skip
 TRAIN, DRIVE = "train table.csv", "drive drive.yaml"
 GO = "train bassil-v1 --init paper --momentum .5"
@@ -209,7 +210,9 @@ CASES = [
     Case(ROVER, "text for a number", f"{ON} --rover rover.yaml",
          "rover.yaml: speed_m_s = 'fast': input should be a valid number",
          of(bad.rover, speed_m_s="fast")),
-    *[Case(kind, *one) for kind, cases in ((GROUND, PARTS), (MADE, MADE_WRONG)) for one in cases],
+    *[Case(GROUND, *one) for one in PARTS],
+    *[Case(MADE, *one) for one in MADE_WRONG],
+    *[Case(WAYS, *one) for one in ROUTES],
     Case(TRACE, "missing", "inspect trace.npz", "there is no file at trace.npz; check the path"),
     Case(TRACE, "cut off", "inspect trace.npz",
          "trace.npz is not a trace, or is damaged", of(bad.trace, 0.7)),
