@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import io
 import json
 import re
@@ -65,11 +66,12 @@ def test_the_page_holds_the_drive_and_the_ground(terrain: Terrain, tmp_path: Pat
     assert data["title"] == HOSTILE
     assert data["words"].startswith("2 drives; the first ")
     for k, one in enumerate(data["rovers"]):
-        poses = numbers(one["poses"], "<f4").reshape(one["count"], 5)
+        poses = numbers(one["poses"], "<f4").reshape(one["count"], 7)
         assert_allclose(poses[:, 1:3], trace.path(k), rtol=0, atol=1e-5)
         z = np.nan_to_num(terrain.elevation_at(*trace.path(k).T) - terrain.span[0])
         assert_allclose(poses[:, 3], z, rtol=0, atol=1e-3)
         assert_allclose(poses[:, 4], trace.pose[: one["count"], k, 2], atol=1e-6)
+        assert not poses[:, 5:].any()
     ground = data["ground"]
     levels = numbers(ground["z"], "<u2").reshape(ground["size"][::-1]).astype(float)
     west, south, east, north = ground["window"]
@@ -88,6 +90,15 @@ def test_the_page_holds_the_drive_and_the_ground(terrain: Terrain, tmp_path: Pat
     assert len(corners) == 3
     assert_allclose(np.hypot(*(corners[1] - (6.0, 4.0)).T), 0.7, atol=1e-3)
     assert data["ends"][1]["goal"][:2] == [15.0, 5.0]
+
+
+def test_a_body_has_its_pitch_and_roll(tmp_path: Path) -> None:
+    trace, worlds = driven()
+    attitude = np.random.default_rng(0).normal(0.0, 0.2, (*trace.time.shape, 3))
+    trace = dataclasses.replace(trace, attitude=attitude)
+    one = data_of(write_page(trace, tmp_path / "d.html", worlds=worlds))["rovers"][1]
+    poses = numbers(one["poses"], "<f4").reshape(one["count"], 7)
+    assert_allclose(poses[:, 5:], attitude[: one["count"], 1, 1:], rtol=0, atol=1e-6)
 
 
 def test_only_drives_of_one_world_share_a_page(tmp_path: Path) -> None:

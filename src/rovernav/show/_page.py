@@ -165,9 +165,10 @@ def _obstacles(
 def _rover(trace: Trace, k: int, way: F64, terrain: Terrain | None) -> dict[str, Any]:
     every = max(1, math.ceil(len(way) / STEPS))
     steps = sorted({*range(0, len(way), every), len(way) - 1})
-    poses = np.column_stack(
-        [trace.time[steps, k], way[steps], _heights(way[steps], terrain), trace.pose[steps, k, 2]]
-    )
+    z, tilt = _heights(way[steps], terrain), np.zeros((len(steps), 2))
+    if trace.attitude is not None:
+        tilt = trace.attitude[steps, k, 1:]
+    poses = np.column_stack([trace.time[steps, k], way[steps], z, trace.pose[steps, k, 2], tilt])
     colour = list(PALETTE.values())[k % len(PALETTE)]
     body = ORANGE if len(trace.outcome) == 1 else colour
     return {"count": len(steps), "poses": _packed(poses, "<f4"), "colour": colour, "body": body}
