@@ -60,7 +60,7 @@ def main() -> None:
         print(json.dumps(found["processor_seconds"]), "s of processor time")
         if asked.quick:
             return
-        kept.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        kept.write_text(json.dumps(short(found)) + "\n", encoding="utf-8")
     draw(json.loads(kept.read_text(encoding="utf-8")))
     rendered()
 
@@ -251,6 +251,15 @@ def joined(stands: list[Rested]) -> Rested:
 def wrapped(angle: Any) -> Any:
     """The same angle within half a turn [rad]."""
     return np.angle(np.exp(1j * angle))
+
+
+def short(found: Any) -> Any:
+    """The same with seven digits."""
+    if isinstance(found, dict):
+        return {key: short(item) for key, item in found.items()}
+    if isinstance(found, list):
+        return [short(item) for item in found]
+    return float(f"{found:.7g}") if isinstance(found, float) else found
 
 
 def said(found: dict[str, Any]) -> str:
