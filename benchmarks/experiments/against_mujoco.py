@@ -5,8 +5,9 @@
 Four rovers, three kinds of generated ground each, the spacing of posts 0.4 wheel radii. At rest:
 300 random poses each, x, y and heading held, wheels without friction, so that shape alone decides.
 Then 20 drives over 4 lengths of the rover along seeded arcs, each the first of its seed that
-settling calls safe all along: at every moment the attitude of MuJoCo's rover is compared with
-settling at MuJoCo's own x, y and heading, and its place with the commands followed without slip.
+settling calls safe all along (on moderate ground where rough has none): at every moment the
+attitude of MuJoCo's rover is compared with settling at MuJoCo's own x, y and heading, and its
+place with the commands followed without slip.
 Friction of contacts is not soil, so slip is not compared. Writes against_mujoco.json and the
 pictures of docs/against-mujoco.md; needs the extra `physics` and, for pictures, EGL or OSMesa.
 """
@@ -59,7 +60,7 @@ def main() -> None:
         print(json.dumps(found["processor_seconds"]), "s of processor time")
         if asked.quick:
             return
-        kept.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        kept.write_text(json.dumps(short(found)) + "\n", encoding="utf-8")
     draw(json.loads(kept.read_text(encoding="utf-8")))
     rendered()
 
@@ -146,7 +147,13 @@ def driven(each: int) -> list[dict[str, Any]]:
         steering = "corners" if name in ("perseverance", "sojourner") else "skid"
         for number, kind in enumerate(DRIVEN[:each]):
             terrain = ground_of(rover, kind, 200 + number)
-            start, twists, period = a_drive(terrain, rover, number)
+            safe = a_drive(terrain, rover, number)
+            if safe is None:
+                kind = "moderate"  # gentler ground of the same seed
+                terrain = ground_of(rover, kind, 200 + number)
+                safe = a_drive(terrain, rover, number)
+            assert safe is not None
+            start, twists, period = safe
             physics = Physics(terrain, rover, steering=steering)
             stands = physics.drive(start[None], twists[None], period=period)
             theirs = joined(stands)
@@ -169,8 +176,8 @@ def driven(each: int) -> list[dict[str, Any]]:
     return drives
 
 
-def a_drive(terrain: Terrain, rover: Rover, seed: int) -> tuple[Any, Any, float]:
-    """The first start and arcs of a seed along which every pose settles safely."""
+def a_drive(terrain: Terrain, rover: Rover, seed: int) -> tuple[Any, Any, float] | None:
+    """The first start and arcs of a seed along which every pose settles safely, in 20,000."""
     rng, ready = np.random.default_rng((seed, 11)), surface(terrain, rover)
     speed = min(rover.speed, FASTEST)
     period = WAY * rover.length / speed / LOOKS
@@ -182,7 +189,7 @@ def a_drive(terrain: Terrain, rover: Rover, seed: int) -> tuple[Any, Any, float]
         twists = np.column_stack([np.full(LOOKS, speed), speed * bend])
         if settle(ready, followed(start, twists, period)).safe.all():
             return start, twists, period
-    raise RuntimeError(f"no safe drive found for {rover.name} on {terrain.source}")
+    return None
 
 
 def followed(start: Any, twists: Any, period: float) -> Any:
@@ -246,6 +253,15 @@ def wrapped(angle: Any) -> Any:
     return np.angle(np.exp(1j * angle))
 
 
+def short(found: Any) -> Any:
+    """The same with seven digits."""
+    if isinstance(found, dict):
+        return {key: short(item) for key, item in found.items()}
+    if isinstance(found, list):
+        return [short(item) for item in found]
+    return float(f"{found:.7g}") if isinstance(found, float) else found
+
+
 def said(found: dict[str, Any]) -> str:
     """A line."""
     parts = [f"{p} {'/'.join(f'{v:.2f}' for v in found[p])}" for p in PARTS[:4] if p in found]
@@ -295,19 +311,19 @@ def draw(found: dict[str, Any]) -> None:
 
 
 def rendered() -> None:
-    """Perseverance at the end of a drive over rough ground, as MuJoCo shows it."""
+    """Perseverance on rough ground, its joints bent, as MuJoCo shows it."""
     from matplotlib.image import imsave
 
     rover = rover_of("perseverance")
     terrain = ground_of(rover, "rough", 204)
-    start, twists, period = a_drive(terrain, rover, 4)
-    told = followed(start, twists, period)
+    poses = random_poses(terrain, rover, 2000, 3)
+    stands = settle(surface(terrain, rover), poses)
+    bent = np.abs(stands.bogie_left) + np.abs(stands.bogie_right) + np.abs(stands.rocker)
+    most = int(np.argmax(np.where(stands.safe, bent, -1.0)))
     physics = Physics(terrain, rover)
-    attitudes = settle(surface(terrain, rover), told)
-    most = int(np.argmax(np.abs(attitudes.bogie_left) + np.abs(attitudes.bogie_right)))
-    stands = physics.rest(told[most : most + 1])
-    aim = math.degrees(told[most, 2]) + 120.0
-    imsave(IMAGES / "mujoco-rover.png", physics.picture(stands, view=(1.7, aim, -16.0)))
+    shown = physics.rest(poses[most : most + 1])
+    aim = math.degrees(poses[most, 2]) + 120.0
+    imsave(IMAGES / "mujoco-rover.png", physics.picture(shown, view=(1.7, aim, -16.0)))
 
 
 if __name__ == "__main__":

@@ -124,7 +124,8 @@ def again(kept: Path, band: str) -> None:
         task = task_of(row["seed"], band)
         for kind in KINDS:
             points = np.array(row[kind]["points"])
-            row[kind]["simulator"] = simulated(task.ground, task.terrain, points, row["seed"])
+            planned = row[kind]["planned time"]
+            row[kind]["simulator"] = simulated(task, points, row["seed"], planned)
         print(row["seed"], said(row), flush=True)
     keep(kept, found["terrains"], found["without a way"])
 
@@ -170,13 +171,14 @@ def compared(task: Task, seed: int) -> dict[str, Any] | None:
     row: dict[str, Any] = {"seed": seed}
     for kind, route in routes.items():
         d = driven(task.ground, route.points, seed)
+        planned = task.ground.by("time").cost_of(route.points)
         row[kind] = {
             "length": route.length,
             "planned energy": task.ground.by("energy").cost_of(route.points),
-            "planned time": task.ground.by("time").cost_of(route.points),
+            "planned time": planned,
             "points": np.round(route.points, 2).tolist(),
             "patches": told([ENDS[end] for end in d.end], d),
-            "simulator": simulated(task.ground, task.terrain, route.points, seed),
+            "simulator": simulated(task, route.points, seed, planned),
         }
     return row
 
@@ -192,13 +194,14 @@ def told(ends: list[str], d: Driven) -> dict[str, Any]:
     }
 
 
-def simulated(ground: Going, terrain: Terrain, points: Any, seed: int) -> dict[str, Any]:
-    """One route driven DRIVES times in the simulator."""
+def simulated(task: Task, points: Any, seed: int, planned: float) -> dict[str, Any]:
+    """One route, planned to take so long [s], driven DRIVES times in the simulator."""
+    ground, terrain = task.ground, task.terrain
     rover, (path, way) = ground.rover, fine(points)
     first = math.atan2(*(path[4] - path[0])[::-1])
     mission = Mission(
         start=np.tile([*points[0], first], (DRIVES, 1)), goal=np.tile(points[-1], (DRIVES, 1)),
-        goal_radius=GOAL, time_limit=TOO_LONG * ground.by("time").cost_of(points),
+        goal_radius=GOAL, time_limit=TOO_LONG * planned,
     )  # fmt: skip
     under = GroundHeights(frame=terrain.frame, height=terrain.height, offset=terrain.offset)
     body = Body(rover, period=PERIOD, soil=SOIL, spread=SPREAD)
@@ -455,7 +458,7 @@ def draw(found: dict[str, Any]) -> None:
     """Savings in the simulator, how drives ended, and one terrain."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10.5, 8.2), dpi=120)
+    figure = Figure(figsize=(10.0, 7.8), dpi=95)
     ((one, two), (three, four)) = figure.subplots(2, 2)
     rows = found["terrains"]
     for axes, key, aim in ((one, "energy", 15.0), (two, "slip", 30.0)):

@@ -44,7 +44,6 @@ rover: paper-point           # a rover file, my-rover.yaml, or one of the preset
 controller: bassil           # bassil: the paper's network; neural: the shipped driver, for rovers
                              # with differential drive; goal-seeker; planner; a plug-in; or a
                              # network file
-# carry: [compass]           # sensors of plug-ins on board besides
 # sensing: ideal             # what it sees with: ideal; lidar or sonar: a fan with noise; stereo:
                              # heights, from which it makes its own map of where it can go
 # drift: true                # it goes by odometry that drifts, instead of its true pose
