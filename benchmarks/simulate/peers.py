@@ -115,7 +115,7 @@ def navground(rovers: int) -> Trial:
 
 
 def mujoco(_rovers: int) -> Trial:
-    """The beams alone, `mj_multiRay` over a height field that stands up where the grid is blocked."""
+    """The beams alone: `mj_multiRay` over a height field that stands up where blocked."""
     import mujoco as mj
 
     half = task.SIDE / 2
