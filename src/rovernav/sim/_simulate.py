@@ -33,9 +33,7 @@ from ._trace import Trace, TraceBuilder
 from ._world import Worlds
 
 _DRIVING = int(Outcome.DRIVING)  # plain numbers: members take half a microsecond to find
-_ENDS = tuple(
-    map(int, (Outcome.TIMED_OUT, Outcome.REACHED, Outcome.LEFT_MAP, Outcome.COLLIDED))
-)
+_ENDS = tuple(map(int, (Outcome.TIMED_OUT, Outcome.REACHED, Outcome.LEFT_MAP, Outcome.COLLIDED)))
 """How rovers end, the last of them first."""
 SLACK = 1e-9
 """Seconds by which a time limit may be missed through rounding [s]."""
