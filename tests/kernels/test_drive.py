@@ -89,14 +89,15 @@ def world(rng: np.random.Generator, *, grid: bool) -> k.WorldArrays:
         boxes=np.concatenate([corner, corner + rng.uniform(0.2, 3, (5, 2))], axis=1),
         offsets=np.array([0, 0, 2, 5]),
         of=rng.integers(0, 3, N),
-        blocked=(rng.random((1, 12, 14)) < 0.05).astype(np.uint8) * (grid or np.uint8(0)),
+        blocked=(rng.random((layers, 12, 14)) < 0.05).astype(np.uint8) * (grid or np.uint8(0)),
         cell=0.5,
     )
 
 
 def first(w: k.WorldArrays, rover: int, a: Any, b: Any) -> float:
     boxes = w.boxes[w.offsets[w.of[rover]] : w.offsets[w.of[rover] + 1]].tolist()
-    boxes += [[0.5 * side for side in cell] for cell in naive.cells(w.blocked[0])]
+    layer = w.blocked[w.of[rover] if len(w.blocked) > 1 else 0]
+    boxes += [[0.5 * side for side in cell] for cell in naive.cells(layer)]
     met = [naive.first_box(a[:2], b[:2], box) for box in boxes]
     return float(min((t for t in met if t is not None), default=Fraction(2)))
 

@@ -29,8 +29,9 @@ def rectangle_at(pose: Any, rectangle: Any = RECTANGLE) -> Polygon:
 
 def hull_at(a: Any, b: Any | None = None) -> tuple[Any, int]:
     hull = np.empty((24, 2))
-    a = tuple(map(float, a))
-    return hull, k.hull_of(a, a if b is None else tuple(map(float, b)), RECTANGLE, hull)
+    first: Any = tuple(map(float, a))
+    last: Any = first if b is None else tuple(map(float, b))
+    return hull, k.hull_of(first, last, RECTANGLE, hull)
 
 
 def compare(poses: Any, met: Any, others: Any) -> int:

@@ -38,7 +38,8 @@ def fractal(n: int, rng: np.random.Generator) -> np.ndarray:
     k = np.hypot(np.fft.fftfreq(n)[:, None], np.fft.rfftfreq(n)[None])
     k[0, 0] = 1.0
     z = np.fft.irfft2(spectrum * k**-1.8, (n, n))
-    return 0.22 * z / np.hypot(*np.gradient(z)).std()
+    south, east = np.gradient(z)
+    return 0.22 * z / np.hypot(south, east).std()
 
 
 def discs(n: int, rng: np.random.Generator) -> np.ndarray:
@@ -85,9 +86,15 @@ def walls(n: int, _rng: np.random.Generator) -> np.ndarray:
     return z
 
 
-def ends_on(ground: plan.Going) -> tuple[Any, Any]:
+def pieces(free: Any) -> np.ndarray:
+    """Number of the piece that each cell belongs to, 0 where there is none."""
+    found: Any = ndimage.label(free)
+    return found[0]
+
+
+def ends_on(ground: plan.Going) -> Any:
     """Places near two corners, in the largest piece of free ground."""
-    labels, _ = ndimage.label(ground.blocked == 0)
+    labels = pieces(ground.blocked == 0)
     free = np.argwhere(labels == np.bincount(labels.ravel())[1:].argmax() + 1)
     n = ground.frame.shape[0]
     return tuple(
@@ -120,6 +127,7 @@ def test_as_short_as_over_all_cells_at_once(
     np.testing.assert_allclose(trip.far.stations.distance[-1], trip.length, rtol=1e-9)
     assert (np.diff(trip.far.stations.distance) >= -1e-9).all()
     heights = raster.read().elevation_at(*trip.points.T)
+    assert trip.heights is not None
     np.testing.assert_allclose(trip.heights, heights, atol=1e-3)
 
 
@@ -174,8 +182,8 @@ def _borders(both: np.ndarray, axis: int) -> set[int]:
     meets = int((edges[0] & edges[1]).any())
     largest = []
     for half, row in zip(halves, (-1, 0), strict=True):
-        labels, count = ndimage.label(half)
-        sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
+        labels = pieces(half)
+        sizes = np.bincount(labels.ravel(), minlength=labels.max() + 1)[1:]
         chosen = [n + 1 for n in np.flatnonzero(sizes == sizes.max(initial=0))]
         largest.append([labels[row] == n for n in chosen])
     return {meets + 2 * int((a & b).any()) for a in largest[0] for b in largest[1]} or {meets}

@@ -42,9 +42,7 @@ class Mirrored:
         return Command(twist=command.twist * (1, -1, -1)), after
 
 
-def mission(
-    starts: Sequence[Sequence[float]], goal: Sequence[float], *, radius: float = 0.1, limit: float
-) -> Mission:
+def mission(starts: Any, goal: Sequence[float], *, radius: float = 0.1, limit: float) -> Mission:
     """Rovers with these starts (x, y, heading) and one goal."""
     start = np.array(starts, dtype=float).reshape(-1, 3)
     goals = np.tile(np.array(goal, dtype=float), (len(start), 1))

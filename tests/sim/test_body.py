@@ -55,12 +55,13 @@ def on(  # noqa: PLR0913
     **body: Any,
 ) -> Drive:
     n = len(start)
+    settings: dict[str, Any] = {"period": 0.5, **body}
     return Drive(
         worlds=worlds or Worlds.single(ground=ground, rovers=n),
         mission=mission(start, goal, limit=limit),
         sensors=(),
         controller=Always(*twist),
-        motion=Body(rover, **{"period": 0.5, **body}),
+        motion=Body(rover, **settings),
     )
 
 
