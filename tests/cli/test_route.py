@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from tests.cli.runner import run, tell, write_ground
 
@@ -63,6 +64,32 @@ def test_no_way_is_an_answer(ground: Path, tmp_path: Path, goal: str, way: str, 
     said = run("route", ground, "--from", "-6,-10", "--to", goal, "--out", out)
     assert said.code == 0
     assert "There is no way: the goal" in said.out
+
+
+@pytest.mark.parametrize("command", ["route", "drive"])
+def test_pictures_and_tables_are_ground_too(tmp_path: Path, command: str) -> None:
+    """A wall in the north of a picture; the same table read from the south has it there."""
+    greys = np.zeros((40, 60), np.uint8)
+    greys[:15, 30:33] = 200
+    Image.fromarray(greys).save(tmp_path / "ground.png")
+    np.save(tmp_path / "ground.npy", greys / 100.0)
+    first, more, table = {
+        "route": ((), ("--no-picture",), "route.csv"),
+        "drive": (("--terrain",), ("--controller", "planner"), "path.csv"),
+    }[command]
+    crossings: list[float] = []
+    for file, words in (
+        ("ground.png", ("--heights", "0,2.55")),
+        ("ground.npy", ("--south-first",)),
+    ):
+        tell(command, *first, tmp_path / file, "--cell", "0.5", *words, "--rover", "research",
+             "--from", "3,14", "--to", "27,14", "--out", tmp_path, *more)  # fmt: skip
+        rows = list(csv.DictReader((tmp_path / table).read_text().splitlines()))
+        x, y = (np.array([float(row[name]) for row in rows]) for name in ("x_m", "y_m"))
+        assert (x[-1], y[-1]) == pytest.approx((27.0, 14.0), abs=1.0)
+        crossings.append(float(np.interp(15.75, x, y)))
+    assert crossings[0] < 12.5
+    assert crossings[1] == pytest.approx(14.0, abs=0.5)
 
 
 def test_an_enclosed_goal(tmp_path: Path) -> None:

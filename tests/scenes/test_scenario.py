@@ -98,7 +98,9 @@ def test_names_are_names_and_absolute_paths_stay(tmp_path: Path) -> None:
         {"polygons": [[[0, 0], [1, 1], [1, float("nan")]]]}, {"rocks": 0.1},
         {"generate": {"side_m": 1}}, {"generate": {"craters": 2.5}}, {"generate": {"name": "sea"}},
         {"terrain": "a.tif", "generate": {}}, {"generate": {}, "cell": 1.0},
-        {"terrain": "a.tif", "cell": 0}, {"terrain": ["a.tif"]},
+        {"terrain": "a.tif", "cell": 0}, {"terrain": ["a.tif"]}, {"heights": [0, 9]},
+        {"generate": {}, "south_first": True}, {"terrain": "a.png", "heights": [9, 0]},
+        {"terrain": "a.png", "heights": "0,9"}, {"terrain": "a.csv", "south_first": 1},
     ],
     ids=str,
 )  # fmt: skip

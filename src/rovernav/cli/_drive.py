@@ -13,7 +13,7 @@ from ._bodies import body_report, say_body
 from ._console import print_json, progress_bar, say, say_files
 from ._export import movie_of
 from ._files import claim_folder, keep_apart
-from ._options import Cell, InFile, Json, Out, SeedValue
+from ._options import Cell, Grey, InFile, Json, Out, SeedValue, SouthFirst, numbers
 from ._parts import measured, measures_of, names_in
 from ._place import find_scene
 
@@ -35,6 +35,8 @@ def drive(
         InFile | None, Parameter(help="Elevation model: GeoTIFF, .npy or meta.json.")
     ] = None,
     cell: Cell | None = None,
+    heights: Grey | None = None,
+    south_first: SouthFirst = False,
     start: Annotated[
         str | None,
         Parameter(name="--from", allow_leading_hyphen=True, help="Start X,Y, like -3.5,1.2."),
@@ -111,7 +113,8 @@ def drive(
     report, title = run_drive(
         scenario,
         {
-            "terrain": terrain, "cell": cell, "from": start, "to": goal, "frame": frame,
+            "terrain": terrain, "cell": cell, "heights": numbers("--heights", heights, 2),
+            "south_first": south_first or None, "from": start, "to": goal, "frame": frame,
             "rover": rover, "controller": controller, "rocks": rocks, "seed": seed,
             "body": body or None, "soil": soil, "sensing": sensing, "drift": drift or None,
             "route": route, "carry": names_in(carry),

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 GROUND = (
     "terrain",
     "cell",
+    "heights",
+    "south_first",
     "from",
     "to",
     "frame",
@@ -54,7 +56,9 @@ def find_scene(
     if scenario in scene_names():
         for option in (*GROUND, "rover"):
             if option in given:
-                raise SettingError(f"--{option} does not go with the named scenario {scenario}")
+                raise SettingError(
+                    f"{_named(option)} does not go with the named scenario {scenario}"
+                )
         seed = given.get("seed", 0)
         scene = carry(named_scene(scenario, seed=seed), given.get("carry", ()))
         usual = "bassil" if isinstance(scene.motion, TwoAxis) else "neural"
@@ -67,6 +71,10 @@ def find_scene(
     if whole.rover is None:
         whole = whole.model_copy(update={"rover": usual_rover(whole.controller)})
     return set_scene(whole), whole.model_dump(mode="json", by_alias=True, exclude_none=True)
+
+
+def _named(option: str) -> str:
+    return "--" + option.replace("_", "-")
 
 
 def _check_options(given: dict[str, Any]) -> None:
@@ -112,7 +120,7 @@ def _from_file(scenario: str, given: Mapping[str, Any]) -> Scenario:
         )
     for option in GROUND:
         if option in given:
-            raise SettingError(f"--{option} does not go with a scenario file; write it there")
+            raise SettingError(f"{_named(option)} does not go with a scenario file; write it there")
     changes = {key: given[key] for key in ("rover", "controller", "seed", "carry") if key in given}
     return read_scenario(path).model_copy(update=changes)
 

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from ._console import print_json
 from ._movingai import MAP, movingai, print_solved
-from ._options import Cell, InFile, Json, Out
+from ._options import Cell, Grey, InFile, Json, Out, SouthFirst, numbers
 from ._trip import Asked, plan_trip, print_trip
 
 
@@ -65,6 +65,8 @@ def route(
         str | None, Parameter(help="found: exit with 1 where there is no way.")
     ] = None,
     cell: Cell | None = None,
+    heights: Grey | None = None,
+    south_first: SouthFirst = False,
     scen: Annotated[
         InFile | None, Parameter(help="MovingAI scenarios for a .map; solves every one.")
     ] = None,
@@ -88,6 +90,7 @@ def route(
         "from": start, "to": goal, "via": via, "order": order, "objective": objective,
         "frame": frame, "rover": rover, "soil": soil, "avoid": avoid, "keep-in": keep_in,
         "margin": margin, "neighbours": neighbours, "why": why, "require": require, "cell": cell,
+        "heights": numbers("--heights", heights, 2), "south-first": south_first or None,
     }  # fmt: skip
     if ground.suffix.lower() == MAP:
         report = movingai(ground, scen, given)

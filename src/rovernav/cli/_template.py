@@ -12,6 +12,8 @@ TEMPLATE = """\
 # The ground: flat unless an elevation model is named or ground is generated.
 # terrain: yard.tif          # GeoTIFF, .npy or meta.json; a path beside this file
 # cell: 0.1                  # side of a cell, only for files that do not say it (.npy)
+# heights: [-110, 8.5]       # lowest and highest height of the greys, only for pictures
+# south_first: true          # row 0 of a table or array is the south edge
 # generate:                  # hills and craters made from the seed; local metres
 #   name: hills
 #   side_m: 50.0

@@ -86,7 +86,10 @@ def plan_trip(path: Path, asked: Asked, out: Path, *, pictures: bool = True) -> 
     keep_apart({f"--out ({file.name})": file for file in files}, read)
     with progress_bar("planning") as tick:
         who = read_rover("research" if options["rover"] is None else options["rover"])
-        raster = open_raster(path, cell=options["cell"])
+        raster = open_raster(
+            path, cell=options["cell"], heights=options["heights"],
+            south_first=bool(options["south-first"]),
+        )  # fmt: skip
         large = raster.frame.shape[0] * raster.frame.shape[1] > WHOLE
         plan = _plan_far if large else _plan_whole
         trip, terrain, why = plan(raster, who, asked, lambda: claim_folder(out), tick)

@@ -41,6 +41,13 @@ def _point(item: Any) -> tuple[float, ...]:
     return _numbers(item, 2, "two numbers, like [-3.5, 1.2]")
 
 
+def _greys(item: Any) -> tuple[float, ...]:
+    low, high = _numbers(item, 2, "two numbers LOW, HIGH, like [-110, 8.5]")
+    if low >= high:
+        raise ValueError("the lowest height must be below the highest")
+    return low, high
+
+
 def _box(item: Any) -> tuple[float, ...]:
     corners = _numbers(item, 4, "four numbers x0, y0, x1, y1, like [4, -1, 7, 3]")
     if corners[0] > corners[2] or corners[1] > corners[3]:
@@ -73,6 +80,9 @@ def _numbers(item: Any, count: int, wanted: str) -> tuple[float, ...]:
     return tuple(map(float, parts))
 
 
+Greys = Annotated[tuple[float, float], BeforeValidator(_greys)]
+_OF_FILES = ("cell", "heights", "south_first")
+"""Keys that only a terrain file may need."""
 Point = Annotated[tuple[float, float], BeforeValidator(_point)]
 Box = Annotated[tuple[float, float, float, float], BeforeValidator(_box)]
 Circle = Annotated[tuple[float, float, float], BeforeValidator(_circle)]
@@ -88,6 +98,8 @@ class Scenario(BaseModel):
         terrain: Elevation model, relative to the scenario file; without one and without `generate`
             the ground is flat.
         cell: Cell of a terrain file that does not say its own [m].
+        heights: Lowest and highest height [m] of the greys of a terrain that is a picture.
+        south_first: Whether row 0 of a terrain that is a table or array is its south edge.
         generate: Ground to be made from `seed`, instead of a terrain.
         boxes: Obstacles: rectangles x0, y0, x1, y1 in `frame`.
         circles: Obstacles: x, y in `frame` and radius [m].
@@ -119,6 +131,8 @@ class Scenario(BaseModel):
 
     terrain: Path | None = None
     cell: Annotated[float, Above0] | None = None
+    heights: Greys | None = None
+    south_first: Annotated[bool, Field(strict=True)] | None = None
     generate: Hills | None = None
     boxes: Annotated[tuple[Box, ...], Few] = ()
     circles: Annotated[tuple[Circle, ...], Few] = ()
@@ -149,10 +163,10 @@ class Scenario(BaseModel):
         """Whether the ground is flat: neither read nor generated."""
         return self.terrain is None and self.generate is None
 
-    @field_validator("cell", "frame", "rocks")
+    @field_validator(*_OF_FILES, "frame", "rocks")
     @classmethod
     def _goes_with_terrain(cls, item: Any, info: ValidationInfo) -> Any:
-        made = info.data.get("generate") is not None and info.field_name != "cell"
+        made = info.data.get("generate") is not None and info.field_name not in _OF_FILES
         if item not in (None, "crs", "local") and not made and not info.data.get("terrain", ...):
             raise ValueError("that goes with a terrain, and there is none")
         return item
@@ -272,7 +286,11 @@ def _bare(scenario: Scenario) -> Scene | Ground:
     if scenario.generate is not None:
         return on_terrain(scenario, generate(scenario.generate, seed=scenario.seed), rover)
     assert scenario.terrain is not None
-    return on_terrain(scenario, read_terrain(scenario.terrain, cell=scenario.cell), rover)
+    terrain = read_terrain(
+        scenario.terrain, cell=scenario.cell, heights=scenario.heights,
+        south_first=bool(scenario.south_first),
+    )  # fmt: skip
+    return on_terrain(scenario, terrain, rover)
 
 
 def on_terrain(
