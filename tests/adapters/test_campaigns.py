@@ -62,6 +62,7 @@ def test_scores_have_the_bits_of_a_serial_run(
     assert sorted(events) == sorted([1 / 3, 2 / 3, 1.0] * 2)
 
 
+@pytest.mark.long
 def test_a_driver_taught_on_a_cluster_has_the_same_weights(
     executor: DaskExecutor, here: Path
 ) -> None:
@@ -186,6 +187,7 @@ def test_ctrl_c_takes_the_work_back(cluster: Cluster, client: Any, ground: Path)
     assert len(pids(client)) == 2
 
 
+@pytest.mark.long
 def test_ctrl_c_at_a_terminal_ends_a_local_cluster(ground: Path) -> None:
     command = [sys.executable, "-m", "rovernav", "compare", str(ground), "--cell", "0.2",
                "--pairs", "4000", "--nearest", "5", "--cluster", "local",

@@ -267,6 +267,7 @@ def test_the_worker_that_holds_the_shared_value_is_killed(
     assert found == list(Serial().map(jobs.slow, range(40), shared=shared))
 
 
+@pytest.mark.long
 def test_all_workers_killed_at_once_lose_nothing(executor: DaskExecutor, client: Any) -> None:
     shared = np.arange(12) / 7  # every copy dies with them
     results = executor.map(jobs.slow, range(12), shared=shared)

@@ -200,6 +200,7 @@ def test_everything_can_be_reached_by_keyboard(visit: Visit) -> None:
     page.get_by_role("tab", name="Drive", selected=True).wait_for()
 
 
+@pytest.mark.long
 def test_a_closed_tab_and_two_browsers(browser: Browser, studio: Studio, visit: Visit) -> None:
     page = visit.page
     page.get_by_label("Tolerance").fill("0")
@@ -226,6 +227,7 @@ def test_a_closed_tab_and_two_browsers(browser: Browser, studio: Studio, visit: 
     expect(status(back)).to_have_text("Paused")
 
 
+@pytest.mark.long
 def test_light_and_dark(browser: Browser, studio: Studio) -> None:
     grounds: list[str] = []
     for scheme in ("light", "dark"):
