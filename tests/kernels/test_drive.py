@@ -107,12 +107,59 @@ def test_contact_and_sight_are_with_ones_own_world(grid: bool, rng: np.random.Ge
     for _ in range(5):
         w = world(rng, grid=grid)
         before, after = poses(rng), poses(rng)
-        t, sight = np.empty(N), np.empty((N, 1))
-        k.contacts(before, after, w, t)
+        sight = np.empty((N, 1))
+        ways = enumerate(zip(before, after, strict=True))
+        t = np.array([k.first_contact(i, a[0], a[1], b[0], b[1], w) for i, (a, b) in ways])
         k.clear_sight(before, after[:, :2].copy(), w, sight)
         expected = [first(w, i, a, b) for i, (a, b) in enumerate(zip(before, after, strict=True))]
         assert_allclose(t, expected, rtol=0, atol=1e-12)
         assert_array_equal(sight[:, 0], t == MISS)
+
+
+def step_of(rng: np.random.Generator) -> k.StepArrays:
+    after = poses(rng)
+    after[rng.random(N) < 0.1, rng.integers(0, 3)] = np.nan
+    return k.StepArrays(
+        before=poses(rng), driving=rng.choice(np.array([0, 0, 0, 2, 7], np.int8), N),
+        clock=rng.uniform(0, 9, N), way=rng.uniform(0, 9, N), goal=rng.uniform(-3, 3, (N, 2)),
+        bounds=np.array([[-6.0, -6.0, 6.0, 6.0], [-3.0, -9.0, 9.0, 3.0], [-9.0, -9.0, 9.0, 9.0]]),
+        pose=after, twist=rng.normal(size=(N, 3)), time=rng.uniform(5, 11, N),
+        length=np.empty(N), outcome=np.empty(N, np.int8),
+    )  # fmt: skip
+
+
+def outcome_of(step: k.StepArrays, i: int, w: k.WorldArrays) -> tuple[int, Any, float]:
+    """How rover i ends, where, and when: reached within 2 m, late from 10 s."""
+    before, after = step.before[i], step.pose[i]
+    if step.driving[i]:
+        return int(step.driving[i]), before, step.clock[i]
+    lost = not np.isfinite(after).all()
+    went = before if lost else after
+    t = float(first(w, i, before, went))
+    place = before[:2] + min(1.0, t) * (went - before)[:2]
+    low, high = step.bounds[w.of[i], :2], step.bounds[w.of[i], 2:]
+    how = 7 if step.time[i] >= 10.0 else 0
+    how = 1 if math.dist(place, step.goal[i]) <= 2.0 else how
+    how = 6 if lost or (place < low).any() or (place > high).any() else how
+    return 2 if t <= 1.0 else how, [*place, went[2]], step.time[i]
+
+
+@pytest.mark.parametrize("grid", [False, True])
+def test_a_step_ends_where_and_as_plain_python_says(grid: bool, rng: np.random.Generator) -> None:
+    met: set[int] = set()
+    for _ in range(6):
+        w, step = world(rng, grid=grid), step_of(rng)
+        ends = [outcome_of(step, i, w) for i in range(N)]
+        twist = np.where(np.array([how for how, *_ in ends])[:, None] == 0, step.twist, 0.0)
+        k.meet(step, w, 2.0, 10.0, (0, 7, 1, 6, 2))
+        assert_array_equal(step.outcome, [how for how, *_ in ends])
+        assert_allclose(step.pose, [pose for _, pose, _ in ends], rtol=0, atol=1e-12)
+        assert_array_equal(step.time, [time for *_, time in ends])
+        moved = np.hypot(*(step.pose - step.before).T[:2])
+        assert_allclose(step.length, step.way + moved, rtol=0, atol=1e-12)
+        assert_array_equal(step.twist, twist)
+        met |= set(step.outcome.tolist())
+    assert met == {0, 1, 2, 6, 7}
 
 
 def test_off_line_is_farther_than_the_threshold_from_the_whole_line() -> None:

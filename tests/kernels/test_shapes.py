@@ -137,6 +137,6 @@ def test_each_rover_meets_the_shapes_of_its_own_world() -> None:
     )
     before = np.tile([0.0, 1.5, 0.0], (4, 1))
     after = np.tile([10.0, 1.5, 0.0], (4, 1))
-    out = np.empty(4)
-    drive.contacts(before, after, world, out)
+    ways = enumerate(zip(before, after, strict=True))
+    out = [drive.first_contact(k, a[0], a[1], b[0], b[1], world) for k, (a, b) in ways]
     assert_allclose(out, [0.3, 0.1, geometry.MISS, 0.3], rtol=0, atol=1e-15)

@@ -59,10 +59,9 @@ def test_worlds_may_have_ground_and_rocks_of_their_own() -> None:
         assert row.ground.offset == 7.0
         assert_array_equal(row.rocks.place, rocks[:1] if i == 0 else rocks[1:])
         assert_array_equal(row.rocks.offsets, [0, len(row.rocks.place)])
-    middle = np.array([[1.75, 1.25, 0.0]] * 3)
-    hit = np.empty(3)
-    drive.contacts(middle, middle, worlds.arrays(), hit)
-    assert_array_equal(hit <= 1.0, worlds.of == 1)
+    arrays, at = worlds.arrays(), (1.75, 1.25)
+    hit = [drive.first_contact(k, *at, *at, arrays) <= 1.0 for k in range(3)]
+    assert_array_equal(hit, worlds.of == 1)
 
 
 @pytest.mark.parametrize(

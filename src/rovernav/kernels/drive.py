@@ -137,11 +137,81 @@ def first_contact(k: int, ax: float, ay: float, bx: float, by: float, world: Wor
     return t
 
 
+class StepArrays(NamedTuple):
+    """One step of n rovers: what was, what the motion made of it, and where it may end.
+
+    Attributes:
+        before: Poses before the step (n, 3).
+        driving: Outcomes before the step (n,); 0 where a rover still drives.
+        clock: Times before the step (n,) [s].
+        way: Distances driven before the step (n,) [m].
+        goal: Goals (n, 2) [m].
+        bounds: Edge of each world (w, 4): x0, y0, x1, y1 [m].
+        pose: Poses the motion leads to (n, 3); then where the step ends.
+        twist: Body velocities (n, 3); then 0 where a rover has ended.
+        time: Times after the step (n,); then those before where a rover had ended.
+        length: Written: distances driven after the step (n,).
+        outcome: Written: outcomes after the step (n,).
+    """
+
+    before: Any
+    driving: Any
+    clock: Any
+    way: Any
+    goal: Any
+    bounds: Any
+    pose: Any
+    twist: Any
+    time: Any
+    length: Any
+    outcome: Any
+
+
 @kernel()
-def contacts(before: Any, after: Any, world: WorldArrays, out: Any) -> None:
-    """First contact t of each rover's step from before (n, 3) to after (n, 3), to out (n,)."""
-    for k in range(before.shape[0]):
-        out[k] = first_contact(k, before[k, 0], before[k, 1], after[k, 0], after[k, 1], world)
+def meet(step: StepArrays, world: WorldArrays, radius: float, limit: float, ends: Any) -> None:
+    """End the step of each rover that still drives where it meets something; the others stay.
+
+    A pose that is not finite moves nothing and has left the map.
+
+    Args:
+        step: Changed.
+        world: The true worlds.
+        radius: A rover this near its goal has reached it [m].
+        limit: A rover that drove as long has timed out [s].
+        ends: Codes of DRIVING, and of having timed out, reached the goal, left the map and
+            collided; where several are true the last one counts.
+    """
+    for k in range(step.pose.shape[0]):
+        x0, y0, a = step.before[k, 0], step.before[k, 1], step.before[k, 2]
+        x, y = step.pose[k, 0], step.pose[k, 1]
+        lost = not (math.isfinite(x) and math.isfinite(y) and math.isfinite(step.pose[k, 2]))
+        if step.driving[k] != ends[0] or lost:
+            x, y = x0, y0
+            step.pose[k, 0], step.pose[k, 1], step.pose[k, 2] = x0, y0, a
+        if step.driving[k] != ends[0]:
+            step.time[k], step.length[k] = step.clock[k], step.way[k]
+            step.outcome[k] = step.driving[k]
+            step.twist[k, 0], step.twist[k, 1], step.twist[k, 2] = 0.0, 0.0, 0.0
+            continue
+        t = first_contact(k, x0, y0, x, y, world)
+        if t <= 1.0:
+            x, y = x0 + t * (x - x0), y0 + t * (y - y0)
+            step.pose[k, 0], step.pose[k, 1] = x, y
+        step.length[k] = step.way[k] + np.hypot(x - x0, y - y0)
+        edge = step.bounds[world.of[k]]
+        outside = x < edge[0] or y < edge[1] or x > edge[2] or y > edge[3]
+        outcome = ends[0]
+        if step.time[k] >= limit:
+            outcome = ends[1]
+        if np.hypot(step.goal[k, 0] - x, step.goal[k, 1] - y) <= radius:
+            outcome = ends[2]
+        if outside or lost:
+            outcome = ends[3]
+        if t <= 1.0:
+            outcome = ends[4]
+        step.outcome[k] = outcome
+        if outcome != ends[0]:
+            step.twist[k, 0], step.twist[k, 1], step.twist[k, 2] = 0.0, 0.0, 0.0
 
 
 @kernel()

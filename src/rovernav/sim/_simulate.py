@@ -32,8 +32,18 @@ from ._odometry import Odometry
 from ._trace import Trace, TraceBuilder
 from ._world import Worlds
 
-_DRIVING = int(Outcome.DRIVING)  # plain numbers: members take half a microsecond to find
-_ENDS = tuple(map(int, (Outcome.TIMED_OUT, Outcome.REACHED, Outcome.LEFT_MAP, Outcome.COLLIDED)))
+_ENDS = tuple(  # plain numbers: members take half a microsecond to find
+    map(
+        int,
+        (
+            Outcome.DRIVING,
+            Outcome.TIMED_OUT,
+            Outcome.REACHED,
+            Outcome.LEFT_MAP,
+            Outcome.COLLIDED,
+        ),
+    )
+)
 """How rovers end, the last of them first."""
 SLACK = 1e-9
 """Seconds by which a time limit may be missed through rounding [s]."""
@@ -104,9 +114,7 @@ def begin(drive: Drive, rng: np.random.Generator) -> DriveState:
     if isinstance(motion, Body):
         rovers = motion.place(drive.worlds, mission, rovers)
     else:
-        hit = _contacts(drive, rovers.pose, rovers.pose) <= 1.0
-        outcome = _ends(drive, rovers, hit=hit, lost=np.zeros(len(hit), bool))
-        rovers = _with(rovers, outcome=outcome)
+        rovers = _met(drive, rovers, rovers)
     return DriveState(
         rovers=rovers,
         sensors=tuple(sensor.start(mission, rng) for sensor in drive.sensors),
@@ -223,21 +231,31 @@ def _moved(drive: Drive, state: DriveState, command: Command) -> RoverState:
     rovers = state.rovers
     if isinstance(drive.motion, Body):
         return drive.motion.move(drive.worlds, drive.mission, rovers, command, state.motion)
-    moved = drive.motion.step(rovers, command)
-    lost = np.logical_not(np.isfinite(moved.pose).all(axis=1))
-    pose = np.where((rovers.driving & ~lost)[:, None], moved.pose, rovers.pose)
-    contact = _contacts(drive, rovers.pose, pose)
-    hit = contact <= 1.0
-    pose = np.where(hit[:, None], _at_contact(rovers.pose, pose, contact), pose)
-    after = replace(
-        moved,
-        time=np.where(rovers.driving, moved.time, rovers.time),
-        pose=pose,
-        odometry=rovers.odometry + _length(rovers.pose, pose),
-        outcome=rovers.outcome,
+    return _met(drive, rovers, drive.motion.step(rovers, command))
+
+
+def _met(drive: Drive, rovers: RoverState, moved: RoverState) -> RoverState:
+    """The rovers after a step, where it meets something or ends; those that ended stay."""
+    mission, worlds = drive.mission, drive.worlds
+    after = kernels.StepArrays(
+        before=rovers.pose,
+        driving=rovers.outcome,
+        clock=rovers.time,
+        way=rovers.odometry,
+        goal=mission.goal,
+        bounds=worlds.bounds,
+        pose=moved.pose.copy(),
+        twist=moved.twist.copy(),
+        time=moved.time.copy(),
+        length=np.empty(len(rovers.pose)),
+        outcome=np.empty(len(rovers.pose), np.int8),
     )
-    outcome = np.where(rovers.driving, _ends(drive, after, hit=hit, lost=lost), rovers.outcome)
-    return _with(after, outcome=outcome.astype(np.int8))
+    limit = mission.time_limit - SLACK
+    kernels.meet(after, worlds.arrays(), mission.goal_radius, limit, _ENDS)
+    return replace(
+        moved, time=after.time, pose=after.pose, twist=after.twist, odometry=after.length,
+        outcome=after.outcome,
+    )  # fmt: skip
 
 
 def replay(trace: Trace, drive: Drive) -> Trace:
@@ -311,37 +329,3 @@ def _need_rows(array: Any, rovers: RoverState, what: str, columns: int | None = 
     n = len(rovers.pose)
     if array.ndim != 2 or len(array) != n or array.shape[1] != (columns or array.shape[1]):
         raise ShapeError(f"{what} must have shape ({n}, {columns or 'b'}), got {array.shape}")
-
-
-def _contacts(drive: Drive, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Share t of each rover's step at which it first meets something, above 1 if it does not."""
-    out = np.empty(len(before))
-    kernels.contacts(before, after, drive.worlds.arrays(), out)
-    return out
-
-
-def _ends(drive: Drive, rovers: RoverState, *, hit: np.ndarray, lost: np.ndarray) -> np.ndarray:
-    """How each rover ends at its pose, the last reason here first; DRIVING where it goes on."""
-    bounds, here = drive.worlds.bounds[drive.worlds.of], rovers.pose[:, :2]
-    reached = _length(rovers.pose, drive.mission.goal) <= drive.mission.goal_radius
-    outside = ((here < bounds[:, :2]) | (here > bounds[:, 2:])).any(axis=1)
-    late = rovers.time >= drive.mission.time_limit - SLACK
-    outcome = np.full(len(here), _DRIVING, np.int8)
-    for ends, how in zip((late, reached, outside | lost, hit), _ENDS, strict=True):
-        outcome[ends] = how
-    return outcome
-
-
-def _at_contact(before: np.ndarray, after: np.ndarray, t: np.ndarray) -> np.ndarray:
-    share = np.minimum(t, 1.0)[:, None]
-    return np.concatenate([before[:, :2] + share * (after - before)[:, :2], after[:, 2:]], axis=1)
-
-
-def _length(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.hypot(b[:, 0] - a[:, 0], b[:, 1] - a[:, 1])
-
-
-def _with(rovers: RoverState, *, outcome: np.ndarray) -> RoverState:
-    """The rovers with these ends; those that ended stand still."""
-    twist = np.where((outcome == _DRIVING)[:, None], rovers.twist, 0.0)
-    return replace(rovers, twist=twist, outcome=outcome)
