@@ -21,13 +21,20 @@ def keep(record: dict[str, Any]) -> Path:
     FOLDER.mkdir(exist_ok=True)
     kept = FOLDER / "latest.json"
     merged = json.loads(kept.read_text()) if kept.exists() else {"workloads": {}}
-    if merged.get("machine") != record["machine"]:
+    if not same_place(merged.get("machine", {}), record["machine"]):
         merged = {"workloads": {}}  # figures of two machines do not mix
+    for work in merged["workloads"].values():
+        work.setdefault("machine", merged["machine"])  # measured with the packages of that day
     merged = {**record, "workloads": {**merged["workloads"], **record["workloads"]}}
     kept.write_text(json.dumps(merged, indent=1) + "\n")
     page = FOLDER / "latest.md"
     page.write_text(markdown(merged))
     return page
+
+
+def same_place(a: dict[str, Any], b: dict[str, Any]) -> bool:
+    """Whether two records are of the same machine, whatever packages it had."""
+    return all(a.get(name) == b.get(name) for name in ("processor", "cores", "system"))
 
 
 def markdown(record: dict[str, Any]) -> str:
@@ -47,7 +54,14 @@ def markdown(record: dict[str, Any]) -> str:
     for name, work in record["workloads"].items():
         low, high = work["load"]
         lines += ["", f"## {name}", "", work["title"]]
-        lines += [f"Measured {work['when']}, load of the machine {low:.1f} to {high:.1f}.", ""]
+        lines += [f"Measured {work['when']}, load of the machine {low:.1f} to {high:.1f}."]
+        lines += [*earlier(work.get("machine", {}), record["machine"]), ""]
         lines += [as_markdown(work["table"]), ""]
         lines += [f"- {target['text']}" for target in work["targets"]]
     return "\n".join(lines) + "\n"
+
+
+def earlier(then: dict[str, Any], now: dict[str, Any]) -> list[str]:
+    """A line on packages that were others when a workload was measured."""
+    other = [f"{name} {version}" for name, version in then.items() if now.get(name) != version]
+    return [f"With {', '.join(other)}."] if other else []
