@@ -81,6 +81,7 @@ def test_a_driver_taught_on_a_cluster_has_the_same_weights(
     assert sorted(shares) == sorted([1 / 3, 2 / 3, 1.0, 1.0] * 2)
 
 
+@pytest.mark.long
 def test_commands_take_an_address(cluster: Cluster, client: Any, ground: Path) -> None:
     words = ("compare", ground, "--cell", 0.2, "--pairs", 30, "--nearest", 5)
     alone = tell(*map(str, words))

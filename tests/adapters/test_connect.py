@@ -173,6 +173,7 @@ def test_logs_are_as_loud_afterwards_as_before(cluster: Cluster, client: Any) ->
 # One cluster that is taken apart
 
 
+@pytest.mark.long
 def test_workers_come_leave_and_the_cluster_goes(tmp_path: Path) -> None:
     with running(tmp_path, 0) as cluster:
         words = rf"the cluster at {cluster.address} has no worker after 0.5 s; start one with 'dask"

@@ -37,7 +37,14 @@ def printed(notebook: Any) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        NOTEBOOKS[-1],
+        *(pytest.param(path, marks=pytest.mark.long) for path in NOTEBOOKS[:-1]),
+    ],
+    ids=lambda path: path.stem,
+)
 def test_a_notebook_runs_and_prints_what_it_shows(path: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of Jupyter's own
