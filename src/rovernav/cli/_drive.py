@@ -13,7 +13,19 @@ from ._bodies import body_report, say_body
 from ._console import print_json, progress_bar, say, say_files
 from ._export import movie_of
 from ._files import claim_folder, keep_apart
-from ._options import Cell, Grey, InFile, Json, Out, SeedValue, SouthFirst, numbers
+from ._options import (
+    Cell,
+    FrameName,
+    Goal,
+    Grey,
+    InFile,
+    Json,
+    Out,
+    SeedValue,
+    SouthFirst,
+    Start,
+    numbers,
+)
 from ._parts import measured, measures_of, names_in
 from ._place import find_scene
 
@@ -37,17 +49,9 @@ def drive(
     cell: Cell | None = None,
     heights: Grey | None = None,
     south_first: SouthFirst = False,
-    start: Annotated[
-        str | None,
-        Parameter(name="--from", allow_leading_hyphen=True, help="Start X,Y, like -3.5,1.2."),
-    ] = None,
-    goal: Annotated[
-        str | None, Parameter(name="--to", allow_leading_hyphen=True, help="Goal X,Y.")
-    ] = None,
-    frame: Annotated[
-        str | None,
-        Parameter(help="What X,Y are: crs (the terrain's own, default), local [m] or pixel."),
-    ] = None,
+    start: Start | None = None,
+    goal: Goal | None = None,
+    frame: FrameName | None = None,
     controller: Annotated[
         str | None,
         Parameter(

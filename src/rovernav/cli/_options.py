@@ -106,6 +106,13 @@ Cell = Annotated[
     float,
     Parameter(converter=_cell, help="Cell of a .npy terrain, which does not say its own [m]."),
 ]
+Start = Annotated[
+    str, Parameter(name="--from", allow_leading_hyphen=True, help="Start X,Y, like -3.5,1.2.")
+]
+Goal = Annotated[str, Parameter(name="--to", allow_leading_hyphen=True, help="Goal X,Y.")]
+FrameName = Annotated[
+    str, Parameter(help="What X,Y are: crs (the model's own, default), local [m] or pixel.")
+]
 Grey = Annotated[
     str,
     Parameter(allow_leading_hyphen=True, help="Heights LOW,HIGH [m] of the greys of a picture."),

@@ -9,7 +9,18 @@ from cyclopts import Parameter
 
 from ._console import print_json
 from ._movingai import MAP, movingai, print_solved
-from ._options import Cell, Grey, InFile, Json, Out, SouthFirst, numbers
+from ._options import (
+    Cell,
+    FrameName,
+    Goal,
+    Grey,
+    InFile,
+    Json,
+    Out,
+    SouthFirst,
+    Start,
+    numbers,
+)
 from ._trip import Asked, plan_trip, print_trip
 
 
@@ -19,13 +30,8 @@ def route(
     ],
     /,
     *,
-    start: Annotated[
-        str | None,
-        Parameter(name="--from", allow_leading_hyphen=True, help="Start X,Y, like -3.5,1.2."),
-    ] = None,
-    goal: Annotated[
-        str | None, Parameter(name="--to", allow_leading_hyphen=True, help="Goal X,Y.")
-    ] = None,
+    start: Start | None = None,
+    goal: Goal | None = None,
     via: Annotated[
         list[str] | None,
         Parameter(allow_leading_hyphen=True, help="A stop X,Y on the way; may be repeated."),
@@ -36,10 +42,7 @@ def route(
     objective: Annotated[
         str | None, Parameter(help="distance (default), time, energy or risk: what shall be least.")
     ] = None,
-    frame: Annotated[
-        str | None,
-        Parameter(help="What X,Y are: crs (the model's own, default), local [m] or pixel."),
-    ] = None,
+    frame: FrameName | None = None,
     rover: Annotated[str | None, Parameter(help="Preset or rover file; default research.")] = None,
     soil: Annotated[
         str | None, Parameter(help="Soil for slip and energy; the rover's own if not given.")

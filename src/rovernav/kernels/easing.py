@@ -12,6 +12,7 @@ import numpy as np
 
 from ._jit import kernel
 from .going import Going, piece
+from .polyline import across
 
 
 @kernel()
@@ -79,8 +80,8 @@ def bend(
     came = np.zeros((n, places), np.int8)
     total[half] = 0.0
     for k in range(1, n):
-        pnx, pny = _across(points, k - 1, step)
-        nx, ny = _across(points, k, step)
+        pnx, pny = across(points, k - 1, step)
+        nx, ny = across(points, k, step)
         following[:] = np.inf
         for b in range(places):
             if b != half and nx == 0.0 and ny == 0.0:
@@ -97,19 +98,8 @@ def bend(
     b = half
     for back in range(n):
         k = n - 1 - back
-        nx, ny = _across(points, k, step)
+        nx, ny = across(points, k, step)
         out[k, 0] = points[k, 0] + (b - half) * nx
         out[k, 1] = points[k, 1] + (b - half) * ny
         b = came[k, b]
     return total[half]
-
-
-@kernel(inline=True)
-def _across(points: Any, k: int, step: float) -> tuple[float, float]:
-    """A step across the path at its point k; none at the ends."""
-    if 0 < k < points.shape[0] - 1:
-        dx, dy = points[k + 1, 0] - points[k - 1, 0], points[k + 1, 1] - points[k - 1, 1]
-        size = np.hypot(dx, dy)
-        if size > 0.0:
-            return -dy / size * step, dx / size * step
-    return 0.0, 0.0

@@ -110,3 +110,14 @@ def fan_out(x: float, y: float, reach: int, c: Any, out: Any) -> None:
             if 0 <= i < h and 0 <= j < w:
                 cost = piece(x, y, j + 0.5, i + 0.5, c)
             out[i - row + reach, j - column + reach] = cost
+
+
+@kernel(inline=True)
+def across(points: Any, k: int, step: float) -> tuple[float, float]:
+    """A step across the path at its point k; none at the ends."""
+    if 0 < k < points.shape[0] - 1:
+        dx, dy = points[k + 1, 0] - points[k - 1, 0], points[k + 1, 1] - points[k - 1, 1]
+        size = np.hypot(dx, dy)
+        if size > 0.0:
+            return -dy / size * step, dx / size * step
+    return 0.0, 0.0

@@ -13,7 +13,7 @@ import numpy as np
 
 from ._jit import kernel
 from .marching import RING
-from .polyline import piece
+from .polyline import across, piece
 
 STEP = 0.5
 """Length of a step downhill [cells]."""
@@ -191,7 +191,7 @@ def bend(points: Any, c: Any, step: float, half: int, least: float, out: Any) ->
     total[half] = 0.0
     px, py, pnx, pny = points[0, 0], points[0, 1], 0.0, 0.0
     for k in range(1, n):
-        nx, ny = _across(points, k, step)
+        nx, ny = across(points, k, step)
         following[:] = np.inf
         guess = half
         for b in range(places):
@@ -213,19 +213,8 @@ def bend(points: Any, c: Any, step: float, half: int, least: float, out: Any) ->
     b = half
     for back in range(n):
         k = n - 1 - back
-        nx, ny = _across(points, k, step)
+        nx, ny = across(points, k, step)
         out[k, 0] = points[k, 0] + (b - half) * nx
         out[k, 1] = points[k, 1] + (b - half) * ny
         b = came[k, b]
     return total[half]
-
-
-@kernel(inline=True)
-def _across(points: Any, k: int, step: float) -> tuple[float, float]:
-    """A step across the path at its point k; none at the ends."""
-    if 0 < k < points.shape[0] - 1:
-        dx, dy = points[k + 1, 0] - points[k - 1, 0], points[k + 1, 1] - points[k - 1, 1]
-        size = np.hypot(dx, dy)
-        if size > 0.0:
-            return -dy / size * step, dx / size * step
-    return 0.0, 0.0
