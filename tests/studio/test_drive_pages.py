@@ -14,6 +14,7 @@ from nicegui.testing import User
 from rovernav.core import Outcome
 from rovernav.studio import Sessions
 from rovernav.studio._drive_map import HIGH, WIDE, View
+from rovernav.studio._drive_tools import Pen
 
 Play = Callable[[Callable[[User, Sessions], Any]], None]
 
@@ -102,6 +103,32 @@ def test_draw_drive_and_ask_why(studio_user: Play) -> None:
         await until(lambda: model.world.obstacles[-1].kind == "polygon")
         user.find(marker="undo").click()
         await until(lambda: len(model.world.obstacles) == 1)
+
+    studio_user(scenario)
+
+
+def test_a_corner_comes_before_the_key_that_closes(
+    studio_user: Play, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A slow corner is still a corner of the polygon that a quick hand closes behind it."""
+    up = Pen.up
+
+    def slow(pen: Pen, x: float, y: float, *, still: bool) -> bool:
+        time.sleep(0.2)
+        return up(pen, x, y, still=still)
+
+    monkeypatch.setattr(Pen, "up", slow)
+
+    async def scenario(user: User, sessions: Sessions) -> None:
+        model = (await opened(user, sessions, "Drive")).drive
+        view = View.around(model.surfaces.window(model.world))
+        user.find(marker="tool-polygon").click()
+        for place in ((8.0, -3.0), (9.0, -3.0), (9.0, -2.0)):
+            mouse(user, "mousedown", place, view)
+            mouse(user, "mouseup", place, view)
+        mouse(user, "dblclick", (9.0, -2.0), view)
+        await until(lambda: model.world.obstacles[-1].kind == "polygon", 5.0)
+        assert len(model.world.obstacles[-1].numbers) == 6
 
     studio_user(scenario)
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
+from collections.abc import Callable
 from functools import partial
 from typing import Any, final
 
@@ -45,7 +47,7 @@ class _DriveTab:
             self.model.offer_terrain(path, session.options.cell)
         self.view = View.around((0.0, 0.0, 10.0, 7.0))
         self.focus = 0
-        self.pen = Pen(self.model)
+        self.pen, self.turn = Pen(self.model), asyncio.Lock()
         self.pictures = GroundPictures(self.model.surfaces)
         self.picture: Picture | None = None
         self.seen: dict[str, object] = {}
@@ -182,9 +184,10 @@ class _DriveTab:
         button.classes("rnd-tool" + (" rnd-held" if name == self.pen.tool else ""))
         return button.tooltip(words)
 
-    def _tool(self, name: str) -> None:
-        self.tools[self.pen.tool].classes(remove="rnd-held")
-        self.pen.choose(name)
+    async def _tool(self, name: str) -> None:
+        async with self.turn:
+            self.tools[self.pen.tool].classes(remove="rnd-held")
+            self.pen.choose(name)
         self.tools[self.pen.tool].classes(add="rnd-held")
         self.hint.text = TOOLS[self.pen.tool][1]
         self.layers["draft"].content = ""
@@ -193,10 +196,11 @@ class _DriveTab:
         if not event.action.keydown or self.session.tab != "Drive":
             return
         if event.key == "Escape":
-            self.pen.cancel()
+            async with self.turn:
+                self.pen.cancel()
             self.layers["draft"].content = ""
-        elif event.key == "Enter" and self.pen.corners:
-            await self._draw(self.pen.close())
+        elif event.key == "Enter":
+            await self._draw(self.pen.close)
 
     def _look(self, number: int) -> None:
         self.focus = number
@@ -207,9 +211,10 @@ class _DriveTab:
             return
         if event.type == "mousedown" and event.button == 0:
             self.drag = (x, y)
-            self.pen.down(*self.view.place(x, y))
+            async with self.turn:
+                self.pen.down(*self.view.place(x, y))
         elif event.type == "dblclick":
-            await self._draw(self.pen.close())
+            await self._draw(self.pen.close)
         elif event.type == "mouseup" and self.drag is not None:
             await self._up(x, y)
 
@@ -225,9 +230,11 @@ class _DriveTab:
             return
         await self._draw(lambda: self.pen.up(*self.view.place(x, y), still=still))
 
-    async def _draw(self, do: Any) -> None:
+    async def _draw(self, do: Callable[[], bool]) -> None:
+        """What the pen does takes a thread, and its turn: a corner comes before its Enter."""
         try:
-            changed = await run.io_bound(do) if callable(do) else do
+            async with self.turn:
+                changed = await run.io_bound(do)
         except RovernavError as error:
             self.pen.cancel()
             refuse(str(error))
