@@ -13,6 +13,9 @@ from ..sim import Trace, Worlds, tilt
 from ..terrain import Terrain
 from ._canvas import INK, footer, heading, in_metres, picture
 from ._map import (
+    LEGEND,
+    SIDE,
+    WIDE,
     colour_bar,
     forbidden_legend,
     origin_words,
@@ -27,10 +30,6 @@ from ._worlds import draw_boxes, draw_shapes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-LEGEND: dict[str, Any] = {"loc": "upper left", "frameon": False, "labelspacing": 0.75}
-_SIDE, _WIDE = 0.725, 0.25
-"""Left edge and width of the column beside the map, as shares of the figure."""
 
 
 def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
@@ -82,9 +81,9 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
         heading(figure, f"{title or terrain.name}: {_summary(trace)}")
         _side(figure, terrain, window)
         handles = [*axes.get_legend_handles_labels()[0], *extra]
-        figure.legend(handles=handles, bbox_to_anchor=(_SIDE - 0.015, 0.58), **LEGEND)
-        colour_bar(figure, (_SIDE, 0.215, _WIDE, 0.02), line, "time since the start [s]")
-        colour_bar(figure, (_SIDE, 0.105, _WIDE, 0.02), tint, "elevation [m]")
+        figure.legend(handles=handles, bbox_to_anchor=(SIDE - 0.015, 0.58), **LEGEND)
+        colour_bar(figure, (SIDE, 0.215, WIDE, 0.02), line, "time since the start [s]")
+        colour_bar(figure, (SIDE, 0.105, WIDE, 0.02), tint, "elevation [m]")
         footer(figure, origin_words(terrain))
 
     return picture(path, (11.0, 7.4), draw)
@@ -151,7 +150,7 @@ def _worst_tilt(axes: Axes, attitude: F64, driven: F64) -> None:
 
 def _side(figure: Figure, terrain: Terrain, window: Window) -> None:
     """The whole map, small, with the window marked."""
-    axes = figure.add_axes((_SIDE, 0.6, _WIDE, 0.3))
+    axes = figure.add_axes((SIDE, 0.6, WIDE, 0.3))
     draw_relief(axes, piece_of(terrain), tinted=False)
     overview(axes, terrain, window)
 

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+LEGEND: dict[str, Any] = {"loc": "upper left", "frameon": False, "labelspacing": 0.75}
+SIDE, WIDE = 0.725, 0.25
+"""Left edge and width of the column beside a map, as shares of the figure."""
+
 
 def window_around(points: F64, frame: Frame, *, margin: float = 0.3) -> Window:
     """A window [m] around points (p, 2) with a margin of a share of their extent.

@@ -11,6 +11,9 @@ from ..plan import Going, Route, Trip
 from ..terrain import Terrain
 from ._canvas import INK, footer, heading, in_metres, picture
 from ._map import (
+    LEGEND,
+    SIDE,
+    WIDE,
     colour_bar,
     forbidden_legend,
     origin_words,
@@ -24,10 +27,6 @@ from ._words import BLUE, GREEN, ORANGE, VERMILION
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-LEGEND: dict[str, Any] = {"loc": "upper left", "frameon": False, "labelspacing": 0.75}
-_SIDE, _WIDE = 0.725, 0.25
-"""Left edge and width of the column beside the map, as shares of the figure."""
 
 ZONE = "#b2182b"
 
@@ -80,12 +79,12 @@ def draw_route(
         in_metres(axes)
         axes.set(xlim=window[::2], ylim=window[1::2], facecolor="#dddddd")
         heading(figure, f"{title or terrain.name}: {_summary(route, ground)}")
-        whole = figure.add_axes((_SIDE, 0.6, _WIDE, 0.3))
+        whole = figure.add_axes((SIDE, 0.6, WIDE, 0.3))
         draw_relief(whole, piece_of(terrain), tinted=False)
         overview(whole, terrain, window)
         handles = [*axes.get_legend_handles_labels()[0], *legend]
-        figure.legend(handles=handles, bbox_to_anchor=(_SIDE - 0.015, 0.56), **LEGEND)
-        colour_bar(figure, (_SIDE, 0.125, _WIDE, 0.02), tint, "elevation [m]")
+        figure.legend(handles=handles, bbox_to_anchor=(SIDE - 0.015, 0.56), **LEGEND)
+        colour_bar(figure, (SIDE, 0.125, WIDE, 0.02), tint, "elevation [m]")
         footer(figure, origin_words(terrain))
 
     return picture(path, (11.0, 7.4), draw)
