@@ -596,12 +596,3 @@ def test_finer_steps_converge() -> None:
     errors = [np.abs(end(parts) - exact).max() for parts in (1, 4, 16)]
     assert errors[0] > 3.0 * errors[1] > 9.0 * errors[2]
     assert errors[0] < 0.1
-
-
-@pytest.mark.parametrize("workers", [2, 3])
-def test_threads_change_nothing(workers: int) -> None:
-    terrain = rough_ground(4, slope=0.2, cell=0.1, cells=80)
-    ground = Ground(frame=terrain.frame, height=terrain.height)
-    starts = np.random.default_rng(2).uniform((1, 1, -3), (7, 7, 3), (11, 3))
-    set_up = on(ground, start=starts, twist=(0.3, 0, 0.1), spread=0.3, soil="loose-sand")
-    assert_same(simulate(set_up, seed=5, workers=workers), simulate(set_up, seed=5))
