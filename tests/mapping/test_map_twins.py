@@ -10,6 +10,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rovernav.kernels import elevation as kernels
+from rovernav.kernels import fan
 from tests.naive import elevation as naive
 
 pytestmark = pytest.mark.kernels
@@ -127,3 +128,21 @@ def test_what_leaves_is_forgotten_as_in_plain_python(rng: np.random.Generator, c
     for k in range(N):
         for cell in cells_of(now, k):
             assert at(layer, k, cell) == pytest.approx(held[k].get(cell, math.nan), nan_ok=True)
+
+
+def test_rays_of_a_map_are_those_of_plain_python(rng: np.random.Generator, centre: Any) -> None:
+    cells = (rng.random((N, S, S)) < 0.04).astype(np.uint8)
+    pose = np.zeros((N, 3))
+    pose[:, 0] = CELL * (centre[:, 1] + rng.uniform(0.01, 0.99, N))
+    pose[:, 1] = CELL * (centre[:, 0] + rng.uniform(0.01, 0.99, N))
+    zero, out, farthest = rng.uniform(-3.0, 3.0, N), np.empty((N, 12)), S // 2 - 1
+    fan.around(cells, centre, pose, zero, CELL, out)
+    for k in range(N):
+        for ray in range(12):
+            turn = zero[k] + math.radians(30.0 * ray)
+            looks = [0.5 * CELL * n for n in range(2, 2 * farthest)]
+            met = [
+                far for far in looks
+                if at(cells, k, naive.cell_at((*pose[k, :2], turn), (far, 0.0), CELL))
+            ]  # fmt: skip
+            assert out[k, ray] == pytest.approx(met[0] if met else CELL * farthest)

@@ -417,6 +417,12 @@ def test_stuck_is_less_than_a_twentieth_of_two_wheel_bases(share: float, outcome
     assert body.move(sand.worlds, sand.mission, early, told, whole).outcome[0] == Outcome.DRIVING
 
 
+def test_the_goal_is_reached_within_its_radius() -> None:
+    for far, outcome in ((0.0999, Outcome.REACHED), (0.1001, Outcome.TIMED_OUT)):
+        trace = simulate(on(plane(0.0), twist=(0, 0, 0), goal=(3.0, 6.0 + far), limit=1.0))
+        assert trace.ended() is outcome
+
+
 def test_it_tips_at_its_static_tilt() -> None:
     def stands(degrees: float) -> Outcome:
         rise = math.tan(math.radians(degrees) + RESEARCH.chassis.static_tilt)  # type: ignore[union-attr]
