@@ -97,7 +97,7 @@ def spoilt(rng: np.random.Generator) -> dict[str, Any]:
     return data
 
 
-@pytest.mark.parametrize("count", [150, pytest.param(5000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [150, pytest.param(1500, marks=pytest.mark.long)])
 def test_a_scenario_is_driven_or_refused_in_a_sentence(count: int, tmp_path: Path) -> None:
     rng, driven, refused = np.random.default_rng(count), 0, 0
     for _ in range(count):
