@@ -30,7 +30,7 @@ def test_beams_end_at_the_nearest_of_boxes_shapes_and_cells(rng: np.random.Gener
     worlds = Worlds.single(
         boxes.tolist(), rovers=30,
         grid=Grid(frame=Frame(cell=0.5, shape=(24, 24)), blocked=blocked),
-        shapes=[*map(Shape.polygon, corners), *(Shape.disc(*disc) for disc in discs)],
+        shapes=[*(Shape.polygon(each.tolist()) for each in corners), *(Shape.disc(*disc) for disc in discs)],
     )  # fmt: skip
     flat = [box(*each) for each in boxes] + [Polygon(each) for each in corners]
     flat += [box(j / 2, i / 2, j / 2 + 0.5, i / 2 + 0.5) for i, j in np.argwhere(blocked)]
