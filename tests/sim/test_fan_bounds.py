@@ -27,10 +27,12 @@ def test_beams_end_at_the_nearest_of_boxes_shapes_and_cells(rng: np.random.Gener
     corners = [rng.uniform(1.0, 11.0, 2) + rng.uniform(-0.6, 0.6, (3, 2)) for _ in range(5)]
     discs = rng.uniform((1.0, 1.0, 0.1), (11.0, 11.0, 0.5), (4, 3))
     blocked = (rng.random((24, 24)) < 0.03).astype(np.uint8)
+    shapes = [Shape.polygon(each.tolist()) for each in corners]
+    shapes += [Shape.disc(*disc) for disc in discs]
     worlds = Worlds.single(
         boxes.tolist(), rovers=30,
         grid=Grid(frame=Frame(cell=0.5, shape=(24, 24)), blocked=blocked),
-        shapes=[*(Shape.polygon(each.tolist()) for each in corners), *(Shape.disc(*disc) for disc in discs)],
+        shapes=shapes,
     )  # fmt: skip
     flat = [box(*each) for each in boxes] + [Polygon(each) for each in corners]
     flat += [box(j / 2, i / 2, j / 2 + 0.5, i / 2 + 0.5) for i, j in np.argwhere(blocked)]
