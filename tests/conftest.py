@@ -18,6 +18,14 @@ settings.register_profile("ci", deadline=None, derandomize=True, database=None)
 settings.register_profile("long", deadline=None, max_examples=2000)
 settings.load_profile("ci" if UNDER_CI else "fast")
 
+WRAPS = "ignore:(overflow|invalid value|divide by zero) encountered:RuntimeWarning"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Compiled code wraps and overflows without a warning; as plain Python it shall too."""
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        config.addinivalue_line("filterwarnings", WRAPS)
+
 
 @pytest.fixture
 def rng() -> np.random.Generator:

@@ -27,8 +27,8 @@ def bilinear(grid: np.ndarray, cell: float, x: float, y: float) -> float:
     u, v = min(max(x / cell - 0.5, 0.0), w - 1.0), min(max(y / cell - 0.5, 0.0), h - 1.0)
     j, i = min(int(u), w - 2), min(int(v), h - 2)
     a, b = u - j, v - i
-    corners = grid[i : i + 2, j : j + 2].astype(np.float64)
-    return float(np.array([1 - b, b]) @ corners @ np.array([1 - a, a]))
+    (sw, se), (nw, ne) = grid[i : i + 2, j : j + 2].tolist()
+    return (1 - b) * ((1 - a) * sw + a * se) + b * ((1 - a) * nw + a * ne)
 
 
 def turn(angle: float) -> np.ndarray:
@@ -95,7 +95,7 @@ def settle(wheel: np.ndarray, cell: float, rover, pose) -> dict[str, float]:
             step[k] = 1e-7
             slope[:, k] = (residual(q + step) - residual(q - step)) / 2e-7
         move = np.linalg.solve(slope, now)
-        q = q - move * min(1.0, 0.2 / np.abs(move).max())
+        q = q - move * min(1.0, 0.2 / max(np.abs(move).max(), 1e-300))
         if np.abs(move).max() < 1e-11:
             break
     names = ("z", "pitch", "roll", "rocker", "bogie_left", "bogie_right")

@@ -7,7 +7,7 @@ from scipy.ndimage import label
 from rovernav.core import Frame, SettingError
 from rovernav.kernels import geometry
 from rovernav.rover import read_rover
-from rovernav.scenes import fenced, free_pairs, named_scene, practice_grid
+from rovernav.scenes import fenced, free_pairs, named_scene, practice_grid, practice_task
 from rovernav.sim import Grid
 
 
@@ -29,6 +29,21 @@ def test_pairs_are_free_connected_far_enough_and_blocked(rng: np.random.Generato
         (ax, ay), (bx, by) = (a / 0.5).tolist(), (b / 0.5).tolist()
         t = geometry.first_cell(ax, ay, bx, by, grid.blocked)
         assert t <= 1.0
+
+
+def test_small_full_worlds_are_drawn_until_one_has_a_task() -> None:
+    """Of this seed, more than a hundred have none."""
+    rng, rover = np.random.default_rng(0), read_rover("research")
+    grid, start, goal = practice_task(rng, rover, side=14.0, cell=0.5, nearest=3.0, farthest=8.0)
+    assert grid.blocked.mean() <= 0.4
+    assert 3.0 <= np.hypot(*(goal - start[:2])) <= 8.0
+
+
+def test_worlds_that_can_have_no_task_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rovernav.scenes._practice.MOST_CELLS", 1.0)  # a hundred will do
+    rng, rover = np.random.default_rng(0), read_rover("research")
+    with pytest.raises(SettingError, match="worlds of 4 m have no tasks 3 to 4 m long"):
+        practice_task(rng, rover, side=4.0, cell=0.5, nearest=3.0, farthest=4.0)
 
 
 def test_the_same_seed_gives_the_same_pairs() -> None:

@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from rovernav.core import FileError, RovernavError, SettingError
-from rovernav.terrain import read_terrain
+from rovernav.terrain import open_raster, read_terrain
 
 META = {"grid": 4, "size_m": 20.0, "elev_min_m": -10.0, "elev_max_m": 55.535}
 CODES = np.arange(16, dtype="<u2").reshape(4, 4) * 1000
@@ -151,6 +151,11 @@ def test_a_missing_file(tmp_path: Path) -> None:
         FileError, match=r"there is no elevation file at .*none.tif; check the path"
     ):
         read_terrain(tmp_path / "none.tif")
+
+
+def test_a_name_that_no_file_can_have() -> None:
+    with pytest.raises(FileError, match=r"cannot read 'xxx.*: File name too long"):
+        open_raster("x" * 5000)
 
 
 def test_damage_of_any_kind_ends_in_a_sentence(tmp_path: Path) -> None:

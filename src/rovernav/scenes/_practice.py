@@ -17,6 +17,10 @@ from ._ground import fenced
 MOST_BLOCKED = 0.4
 """Share of forbidden ground above which a world leaves no room for a task."""
 
+MOST_CELLS = 2e7
+"""Cells of worlds that are drawn before there is taken to be no task: small worlds are often full,
+and whoever trains in them draws many."""
+
 
 def practice_grid(rng: np.random.Generator, rover: Rover, *, side: float, cell: float) -> Grid:
     """A generated world to learn in: rocky hills, or shapes with bays and gaps.
@@ -60,9 +64,10 @@ def practice_task(
         in a straight line.
 
     Raises:
-        SettingError: A hundred worlds had no such task.
+        SettingError: None of a hundred to two thousand worlds had such a task, the more the fewer
+            cells they have.
     """
-    for _ in range(100):
+    for _ in range(min(2000, max(100, round(MOST_CELLS * (cell / side) ** 2)))):
         grid = practice_grid(rng, rover, side=side, cell=cell)
         if grid.blocked.mean() > MOST_BLOCKED:
             continue

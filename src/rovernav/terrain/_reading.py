@@ -113,8 +113,10 @@ def open_raster(
 
 
 def _open(path: Path, given: Options) -> Raster:
-    if path.is_dir():
-        path = path / META
+    try:
+        path = path / META if path.is_dir() else path
+    except OSError as error:  # a name that the system cannot have
+        raise FileError(f"cannot read {str(path)!r}: {error.strerror or error}") from error
     head = _head(path)
     kind, read = _kind(path, head)
     if given.heights is not None and kind not in DRIVERS:
