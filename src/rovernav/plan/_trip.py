@@ -30,7 +30,8 @@ class Far:
     Attributes:
         terrain: Mean heights of the blocks, for pictures.
         block: Cells to a side of a block.
-        forbidden: Share of the raster that is forbidden, 0 to 1.
+        forbidden: Share of what was looked at that is forbidden, 0 to 1.
+        looked: Share of the raster that was looked at, 0 to 1.
         accounts: For each leg that was found, as `Trip.account`.
         stations: The profile of the whole trip; None without a way.
         heights: Elevation of the trip's points (k,) [m]; None without a way.
@@ -39,6 +40,7 @@ class Far:
     terrain: Terrain
     block: int
     forbidden: float
+    looked: float
     accounts: tuple[dict[str, Any], ...]
     stations: Profile | None = None
     heights: F64 | None = None
@@ -140,8 +142,13 @@ class Trip:
 
     @property
     def forbidden(self) -> float:
-        """Share of the map that is forbidden, 0 to 1."""
+        """Share of the map that is forbidden, of what was looked at of it, 0 to 1."""
         return float(self.ground.blocked.mean()) if self.far is None else self.far.forbidden
+
+    @property
+    def looked(self) -> float:
+        """Share of the map that was looked at, 0 to 1: where shorter ways may run."""
+        return 1.0 if self.far is None else self.far.looked
 
 
 def travel(
