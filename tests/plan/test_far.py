@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from pathlib import Path
@@ -234,6 +235,72 @@ def test_the_same_bits_whatever_the_threads(
     other = travel_far(Errand(raster, who), ends, block=8, stretch=100.0)
     np.testing.assert_array_equal(usual.points, other.points)
     assert usual.account() == other.account()
+
+
+def ringed(n: int, rise: tuple[float, float]) -> np.ndarray:
+    """A plain with a bank around its middle, less steep on one side."""
+    y, x = np.mgrid[:n, :n] - n / 2.0
+    off = np.hypot(x, y)
+    steep = np.where(x < -0.8 * off, *rise)
+    return CELL * steep * np.clip(off - 0.2 * n, 0.0, 12.0)
+
+
+def test_which_limit_stands_in_a_far_way(tmp_path: Path, who: Rover) -> None:
+    who = dataclasses.replace(who, mobility=None)  # limits by direction come on top
+    gentle, steep = np.tan(who.max_slope + 0.1), np.tan(who.max_slope + 0.3)
+    raster = raster_of(tmp_path, ringed(400, (gentle, steep)))
+    stops = [(400.0, 400.0), (760.0, 420.0)]
+    trip = travel_far(Errand(raster, who), stops, block=8, stretch=100.0)
+    assert trip.status == "unreachable"
+    assert "forbidden ground encloses the start" in trip.reason
+    least = trip.barriers[0]
+    assert least.limit == "slope"
+    assert who.max_slope + 0.05 < least.needed < who.max_slope + 0.32
+    assert least.at is not None
+    assert 150.0 < math.hypot(least.at[0] - 400.0, least.at[1] - 400.0) < 200.0
+    assert least.words in trip.reason
+    assert "along the line with the least forbidden ground" in least.words
+    assert f"rises from {math.degrees(who.max_slope):.2f} deg to" in least.words
+    lower = dataclasses.replace(who, max_slope=0.99 * who.max_slope + 0.01 * least.needed)
+    assert not travel_far(Errand(raster, lower), stops, block=8, stretch=100.0).found
+    eased = dataclasses.replace(who, max_slope=1.001 * least.needed)
+    assert travel_far(Errand(raster, eased), stops, block=8, stretch=100.0).found
+
+
+def test_zones_and_holes_stand_in_a_far_way(tmp_path: Path, who: Rover) -> None:
+    import shapely
+
+    raster, stops = raster_of(tmp_path, np.zeros((300, 300))), [(60.0, 300.0), (540.0, 310.0)]
+    wall = shapely.box(295.0, -10.0, 305.0, 700.0)
+    for margin in (0.0, 20.0):
+        zones = plan.Zones(avoid=wall, margin=margin)
+        trip = travel_far(Errand(raster, who, zones=zones), stops, block=8, stretch=60.0)
+        (only,) = trip.barriers
+        assert (only.limit, only.unit) == ("zone", "")
+        assert "a way opens if the zones are lifted" in trip.reason
+    zones = plan.Zones(avoid=shapely.union_all([
+        shapely.box(295.0, -10.0, 305.0, 290.0), shapely.box(295.0, 310.0, 305.0, 700.0)
+    ]), margin=15.0)  # fmt: skip
+    trip = travel_far(Errand(raster, who, zones=zones), stops, block=8, stretch=60.0)
+    (only,) = trip.barriers
+    assert only.limit == "margin"
+    assert 5.0 < only.needed < 10.0
+    z = np.zeros((300, 300))
+    z[:, 148:152] = np.nan
+    trip = travel_far(Errand(raster_of(tmp_path, z), who), stops, block=8, stretch=60.0)
+    (only,) = trip.barriers
+    assert only.limit == "no data"
+    assert only.at is not None
+    assert abs(only.at[0] - 300.0) < 10.0
+    # a hole in one place, a bank in another
+    z[:, 60:66] = 3.0 * np.arange(6)
+    z[:, 66:] += 18.0
+    trip = travel_far(Errand(raster_of(tmp_path, z), who), stops, block=8, stretch=60.0)
+    (only,) = trip.barriers
+    assert only.limit in ("slope and no data", "slope and step and no data")
+    assert "no single limit opens a way: " in only.words
+    away = travel_far(Errand(raster, who), [stops[0], (700.0, 3.0)], block=8)
+    assert away.barriers == ()
 
 
 def test_that_there_is_no_way_is_an_answer(tmp_path: Path, who: Rover) -> None:

@@ -14,12 +14,13 @@ from ..core import F64, InputError, SettingError, suggest
 from ._any_angle import any_angle
 from ._directed import stencil
 from ._ends import Point, check_point, enclosed, judge_ends, nearest_free
+from ._far_barriers import barriers_far
 from ._going import OBJECTIVES, Going, going
 from ._lines import WORTH, Guess, Walk
 from ._lookout import Lookout, Progress, in_turn, silent
 from ._profile import Profile, cut, nearest_on, why_here
 from ._route import Route, Way, no_route
-from ._stretch import MARGIN, Errand, Failed, Look, Piece, at, lengths, stretch, window_over
+from ._stretch import MARGIN, NEAR, Errand, Failed, Look, Piece, at, lengths, stretch, window_over
 from ._survey import Survey
 from ._trip import MOST_VIA, ORDERS, Far, Trip, held_karp
 
@@ -27,8 +28,6 @@ STRETCH = 1024.0
 """Length of a stretch [cells]."""
 ROUNDS = 24
 """Lines over blocks that are tried at most."""
-NEAR = 2.5
-"""A stretch may end so many blocks beside the line."""
 PATIENCE = 3
 """Lines that may in turn lead to nothing better once a way is found."""
 GAIN = 2e-3
@@ -92,12 +91,15 @@ def travel_far(
             break
     whole = [piece for leg in pieces for piece in leg]
     done = legs[-1].found
+    against = () if done else barriers_far(
+        errand, around, (points[len(legs) - 1], points[len(legs)]), stretch, on_progress
+    )  # fmt: skip
     found = _seen(around, points)
     judged = found.judged(errand.rover, errand.soil)
     ground = going(judged, errand.rover, objective=errand.objective, soil=errand.soil)
     ground = dataclasses.replace(ground, zones=errand.zones)
     return Trip(
-        ground=ground, stops=np.array(points), order=turn, legs=tuple(legs),
+        ground=ground, stops=np.array(points), order=turn, legs=tuple(legs), barriers=against,
         far=Far(
             terrain=found.terrain, block=found.block, forbidden=1.0 - found.free,
             looked=found.looked,

@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 
 from ..core import F32, F64, U8, Bool, Float, Frame, value
-from ..rover import Hazards, Rover, Standing, hazards
+from ..rover import Hazards, Reason, Rover, Standing, hazards
 from ..terrain import Raster, Terrain, Window
 from ._costs import CostMap
 from ._ends import Point
 
 BLOCKS = 4_000_000
 """Blocks of a survey at most."""
+DEAR = 100.0
+"""What a metre of forbidden ground counts where it must be crossed; without data ten times that."""
 HARDER = 0.5
 """What a metre costs more in a block where next to nothing is free, as a first guess."""
 MEET, JOIN = np.uint8(1), np.uint8(2)
@@ -98,6 +100,23 @@ class Survey:
         cost[::2, 1::2] = np.where(east, 0.5 * (own[:, 1:] + own[:, :-1]), np.inf)
         cost[1::2, ::2] = np.where(north, 0.5 * (own[1:] + own[:-1]), np.inf)
         # where four blocks touch, one may cut the corner if all their borders are open
+        a, b = cost[:-2:2, 1::2], cost[2::2, 1::2]
+        c, d = cost[1::2, :-2:2], cost[1::2, 2::2]
+        cost[1::2, 1::2] = 0.25 * (a + b + c + d)
+        return CostMap(frame=Frame(cell=0.5 * self.side, shape=cost.shape), cost=cost)
+
+    def forced(self) -> CostMap:
+        """As `costs`, but forbidden ground is dear and not closed, so that a way always is."""
+        cost = np.empty([2 * n - 1 for n in self.share.shape], np.float32)
+        own = 1.0 + DEAR * (1.0 - self.share)
+        own[self.reason == Reason.NO_DATA] *= 10.0
+        own[~self.seen] = 1.0
+        east, north = (self.east & MEET) == 0, (self.north & MEET) == 0
+        east &= self.seen[:, 1:] & self.seen[:, :-1]
+        north &= self.seen[1:] & self.seen[:-1]
+        cost[::2, ::2] = own
+        cost[::2, 1::2] = 0.5 * (own[:, 1:] + own[:, :-1]) + DEAR * east
+        cost[1::2, ::2] = 0.5 * (own[1:] + own[:-1]) + DEAR * north
         a, b = cost[:-2:2, 1::2], cost[2::2, 1::2]
         c, d = cost[1::2, :-2:2], cost[1::2, 2::2]
         cost[1::2, 1::2] = 0.25 * (a + b + c + d)
