@@ -320,6 +320,7 @@ def test_that_there_is_no_way_is_an_answer(tmp_path: Path, who: Rover) -> None:
     for ends, said in (
         ([(50.0, 60.0), (600.5, 3.0)], "the goal (600.5, 3) m lies beyond the map, which is 600 m"),
         ([(-1.0, 60.0), (500.0, 3.0)], "the start (-1, 60) m lies beyond the map"),
+        ([(300.0, 60.0), (500.0, 3.0)], " m away; a height is missing there"),
         ([(300.0, 60.0), (500.0, 3.0)], "the start (300, 60) m touches forbidden ground; the near"),
         ([(50.0, 60.0), (300.0, 60.0)], "the goal (300, 60) m touches forbidden ground; the near"),
     ):
@@ -330,7 +331,8 @@ def test_a_hole_larger_than_what_is_looked_at(tmp_path: Path, who: Rover) -> Non
     z = np.zeros((900, 900))
     z[200:, 200:] = np.nan
     trip = travel_far(Errand(raster_of(tmp_path, z), who), [(9.0, 9.0), (1500.0, 1500.0)])
-    assert trip.reason == "the goal (1500, 1500) m lies in a hole of the map without data"
+    assert trip.legs[0].reason == "the goal (1500, 1500) m lies in a hole of the map without data"
+    assert [barrier.limit for barrier in trip.barriers] == ["no data"]
     with pytest.raises(InputError, match="every height is missing"):
         plan.survey(raster_of(tmp_path, np.full((50, 50), np.nan)), who)
 

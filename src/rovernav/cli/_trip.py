@@ -114,7 +114,8 @@ def _plan_whole(
     if zones is not None:
         ground = within_zones(ground, zones)
     trip = travel(ground, stops, order=asked.order, neighbours=options["neighbours"] or 16)
-    why = why_here(ground, trip.points, place) if place is not None and trip.found else None
+    explains = place is not None and trip.found and len(trip.points) > 1
+    why = why_here(ground, trip.points, place) if explains else None
     return trip, terrain, why
 
 
@@ -134,7 +135,8 @@ def _plan_far(
     )
     try:
         trip = travel_far(errand, stops, order=asked.order, on_progress=tick)
-        why = why_far(errand, trip.points, place) if place is not None and trip.found else None
+        explains = place is not None and trip.found and len(trip.points) > 1
+        why = why_far(errand, trip.points, place) if explains else None
     except (FileError, SettingError):
         raise
     except InputError as error:

@@ -13,9 +13,9 @@ import numpy as np
 from ..core import F64, InputError, SettingError, suggest
 from ._any_angle import any_angle
 from ._directed import stencil
-from ._ends import Point, check_point, enclosed, judge_ends, nearest_free
+from ._ends import Point, check_point, enclosed, judge_ends, judge_inside, nearest_free
 from ._far_barriers import barriers_far
-from ._going import OBJECTIVES, Going, going
+from ._going import OBJECTIVES, Going, against, going
 from ._lines import WORTH, Guess, Walk
 from ._lookout import Lookout, Progress, in_turn, silent
 from ._profile import Profile, cut, nearest_on, why_here
@@ -91,7 +91,7 @@ def travel_far(
             break
     whole = [piece for leg in pieces for piece in leg]
     done = legs[-1].found
-    against = () if done else barriers_far(
+    barriers = () if done else barriers_far(
         errand, around, (points[len(legs) - 1], points[len(legs)]), stretch, on_progress
     )  # fmt: skip
     found = _seen(around, points)
@@ -99,7 +99,7 @@ def travel_far(
     ground = going(judged, errand.rover, objective=errand.objective, soil=errand.soil)
     ground = dataclasses.replace(ground, zones=errand.zones)
     return Trip(
-        ground=ground, stops=np.array(points), order=turn, legs=tuple(legs), barriers=against,
+        ground=ground, stops=np.array(points), order=turn, legs=tuple(legs), barriers=barriers,
         far=Far(
             terrain=found.terrain, block=found.block, forbidden=1.0 - found.free,
             looked=found.looked,
@@ -242,17 +242,9 @@ def _settled(errand: Errand, ways: list[F64], tell: Progress) -> list[Piece]:
 
 def _refused(errand: Errand, ends: tuple[Point, Point]) -> Route | None:
     """Why no way begins or ends there, told by the cells around; None where both are fine."""
-    frame = errand.raster.frame
-    width, height = frame.extent
-    for (x, y), what, way in zip(
-        ends, ("start", "goal"), (Way.START_OUTSIDE, Way.GOAL_OUTSIDE), strict=True
-    ):
-        if not frame.contains(x, y):
-            return no_route(
-                way,
-                f"the {what} ({x:.6g}, {y:.6g}) m lies beyond the map, which is {width:g} m wide "
-                f"and {height:g} m high",
-            )
+    off = judge_inside(errand.raster.frame, *ends)
+    if off is not None:
+        return off
     for end, what, way in zip(
         ends, ("start", "goal"), (Way.START_FORBIDDEN, Way.GOAL_FORBIDDEN), strict=True
     ):
@@ -278,6 +270,7 @@ def _moved(answer: Route, look: Look, end: Point, what: str, way: Way) -> Route:
         f"; the nearest free ground is at ({free[0]:.6g}, {free[1]:.6g}) m, "
         f"{math.dist(free, end):.3g} m away"
     )  # fmt: skip
+    words += against(look.ground, at(np.array(end) - look.corner))
     return no_route(
         way, f"the {what} ({end[0]:.6g}, {end[1]:.6g}) m touches forbidden ground{words}",
         free if what == "goal" else None,
