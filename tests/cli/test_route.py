@@ -39,6 +39,12 @@ def test_a_route_around_a_wall(ground: Path, tmp_path: Path) -> None:
     assert (out / "route.png").stat().st_size > 10_000
 
 
+def test_no_way_of_any_length_needs_no_explanation(ground: Path, tmp_path: Path) -> None:
+    words = ("route", ground, "--from", "-6,-10", "--to", "-6,-10", "--why", "-6,-10")
+    report = tell(*words, "--out", tmp_path / "o")
+    assert (report["status"], report["length_m"], report["why"]) == ("found", 0.0, None)
+
+
 def test_what_is_said(ground: Path, tmp_path: Path) -> None:
     said = run("route", ground, "--from", "-6,-10", "--to", "-5,-9", "--out", tmp_path / "o")
     assert said.code == 0

@@ -83,6 +83,30 @@ def test_bad_starts_are_answers(start: tuple[float, float], words: str) -> None:
     assert words in trip.reason
 
 
+@pytest.mark.parametrize(
+    ("spoilt", "words"),
+    [
+        (np.nan, "; a height is missing there"),
+        (9.0, " deg steep there, and "),
+    ],
+)
+def test_what_forbids_an_end_is_said(spoilt: float, words: str) -> None:
+    heights = np.zeros((40, 60))
+    heights[18:23, 28:33] = spoilt
+    for stops in ([(30.5, 18.5), ENDS[1]], [ENDS[1], (30.5, 18.5)]):
+        trip = plan.travel(over(heights), stops)
+        assert words in trip.legs[0].reason
+
+
+def test_a_zone_that_forbids_an_end_is_said() -> None:
+    import shapely
+
+    zones = plan.Zones(avoid=shapely.box(28.0, 18.0, 32.0, 22.0))
+    ground = plan.within_zones(over(np.zeros((40, 60))), zones)
+    trip = plan.travel(ground, [(28.0, 20.0), ENDS[1]])
+    assert trip.legs[0].reason.endswith(" away; a zone forbids it")
+
+
 def test_later_legs_are_told_by_number() -> None:
     trip = plan.travel(over(ridge(6.0)), [(3.0, 3.0), *ENDS])
     assert trip.failed == 1

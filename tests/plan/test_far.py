@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from pathlib import Path
@@ -149,14 +150,14 @@ def test_least_energy_is_about_that_over_all_cells(tmp_path: Path, who: Rover) -
 
 
 @pytest.mark.parametrize("name", ["research", "perseverance"])
-@pytest.mark.parametrize("band", [1, 4000, 10**7])
+@pytest.mark.parametrize("chunk", [1, 30, 10**4])
 def test_a_survey_says_of_blocks_what_their_cells_say(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, band: int
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, chunk: int
 ) -> None:
     rng = np.random.default_rng(3)
     z = 0.7 * fractal(101, rng)[:, :90]
     z[40:60, 20:30] = np.nan
-    monkeypatch.setattr("rovernav.plan._survey.BAND", band)
+    monkeypatch.setattr("rovernav.plan._lookout.CHUNK", chunk)
     raster, rover = raster_of(tmp_path, z), read_rover(name)
     found, free = plan.survey(raster, rover, block=7), standing(raster.read(), rover).blocked == 0
     assert found.share.shape == (15, 13)
@@ -189,6 +190,119 @@ def _borders(both: np.ndarray, axis: int) -> set[int]:
     return {meets + 2 * int((a & b).any()) for a in largest[0] for b in largest[1]} or {meets}
 
 
+def test_only_ground_where_shorter_ways_may_run_is_looked_at(
+    tmp_path: Path, who: Rover, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rovernav.plan._lookout.CHUNK", 32)
+    for room in ("_lookout", "_lines"):
+        monkeypatch.setattr(f"rovernav.plan.{room}.AROUND", 8.0)
+    z = np.zeros((600, 600))
+    ends = [(40.0, 600.0), (1160.0, 600.0)]
+    errand = Errand(raster_of(tmp_path, z), who)
+    trip = travel_far(errand, ends, block=8, stretch=200.0)
+    assert math.isclose(trip.length, 1120.0, rel_tol=1e-5)
+    assert 0.05 < trip.looked < 0.25
+    assert trip.forbidden == 0.0
+    # a wall across the way; its short end lies beyond what is looked at first
+    z[80:400, 300] = np.nan
+    trip = travel_far(Errand(raster_of(tmp_path, z), who), ends, block=8, stretch=200.0)
+    north = math.hypot(560.0, 200.0) + math.hypot(560.0, 200.0)
+    assert math.isclose(trip.length, north, rel_tol=0.01)
+    assert 0.3 < trip.looked < 1.0
+    # nothing shorter is missed, and what is proven needs not all of the map
+    z[:, 299:302] = np.nan
+    z[500:510, 299:302] = 0.0
+    trip = travel_far(Errand(raster_of(tmp_path, z), who), ends, block=8, stretch=200.0)
+    assert trip.found
+    assert (trip.points[:, 1].max() - 1000.0) < 20.0
+    z[:] = 0.0
+    z[280:320, 560:562] = z[280:320, 600:602] = np.nan
+    z[280:282, 560:602] = z[318:320, 560:602] = np.nan
+    trip = travel_far(Errand(raster_of(tmp_path, z), who), ends, block=8, stretch=200.0)
+    assert trip.legs[0].way is plan.Way.GOAL_ENCLOSED
+    assert trip.looked < 0.5
+
+
+@pytest.mark.parametrize("threads", [1, 5])
+def test_the_same_bits_whatever_the_threads(
+    tmp_path: Path, who: Rover, monkeypatch: pytest.MonkeyPatch, threads: int
+) -> None:
+    raster = raster_of(tmp_path, fractal(500, np.random.default_rng(5)))
+    ends = ends_on(plan.going(hazards(raster.read(), who), who))
+    monkeypatch.setattr("rovernav.plan._lookout.CHUNK", 64)
+    usual = travel_far(Errand(raster, who), ends, block=8, stretch=100.0)
+    monkeypatch.setattr("rovernav.plan._lookout.THREADS", threads)
+    other = travel_far(Errand(raster, who), ends, block=8, stretch=100.0)
+    np.testing.assert_array_equal(usual.points, other.points)
+    assert usual.account() == other.account()
+
+
+def ringed(n: int, rise: tuple[float, float]) -> np.ndarray:
+    """A plain with a bank around its middle, less steep on one side."""
+    y, x = np.mgrid[:n, :n] - n / 2.0
+    off = np.hypot(x, y)
+    steep = np.where(x < -0.8 * off, *rise)
+    return CELL * steep * np.clip(off - 0.2 * n, 0.0, 12.0)
+
+
+def test_which_limit_stands_in_a_far_way(tmp_path: Path, who: Rover) -> None:
+    who = dataclasses.replace(who, mobility=None)  # limits by direction come on top
+    gentle, steep = np.tan(who.max_slope + 0.1), np.tan(who.max_slope + 0.3)
+    raster = raster_of(tmp_path, ringed(400, (gentle, steep)))
+    stops = [(400.0, 400.0), (760.0, 420.0)]
+    trip = travel_far(Errand(raster, who), stops, block=8, stretch=100.0)
+    assert trip.status == "unreachable"
+    assert "forbidden ground encloses the start" in trip.reason
+    least = trip.barriers[0]
+    assert least.limit == "slope"
+    assert who.max_slope + 0.05 < least.needed < who.max_slope + 0.32
+    assert least.at is not None
+    assert 150.0 < math.hypot(least.at[0] - 400.0, least.at[1] - 400.0) < 200.0
+    assert least.words in trip.reason
+    assert "along the line with the least forbidden ground" in least.words
+    assert f"rises from {math.degrees(who.max_slope):.2f} deg to" in least.words
+    lower = dataclasses.replace(who, max_slope=0.99 * who.max_slope + 0.01 * least.needed)
+    assert not travel_far(Errand(raster, lower), stops, block=8, stretch=100.0).found
+    eased = dataclasses.replace(who, max_slope=1.001 * least.needed)
+    assert travel_far(Errand(raster, eased), stops, block=8, stretch=100.0).found
+
+
+def test_zones_and_holes_stand_in_a_far_way(tmp_path: Path, who: Rover) -> None:
+    import shapely
+
+    raster, stops = raster_of(tmp_path, np.zeros((300, 300))), [(60.0, 300.0), (540.0, 310.0)]
+    wall = shapely.box(295.0, -10.0, 305.0, 700.0)
+    for margin in (0.0, 20.0):
+        zones = plan.Zones(avoid=wall, margin=margin)
+        trip = travel_far(Errand(raster, who, zones=zones), stops, block=8, stretch=60.0)
+        (only,) = trip.barriers
+        assert (only.limit, only.unit) == ("zone", "")
+        assert "a way opens if the zones are lifted" in trip.reason
+    zones = plan.Zones(avoid=shapely.union_all([
+        shapely.box(295.0, -10.0, 305.0, 290.0), shapely.box(295.0, 310.0, 305.0, 700.0)
+    ]), margin=15.0)  # fmt: skip
+    trip = travel_far(Errand(raster, who, zones=zones), stops, block=8, stretch=60.0)
+    (only,) = trip.barriers
+    assert only.limit == "margin"
+    assert 5.0 < only.needed < 10.0
+    z = np.zeros((300, 300))
+    z[:, 148:152] = np.nan
+    trip = travel_far(Errand(raster_of(tmp_path, z), who), stops, block=8, stretch=60.0)
+    (only,) = trip.barriers
+    assert only.limit == "no data"
+    assert only.at is not None
+    assert abs(only.at[0] - 300.0) < 10.0
+    # a hole in one place, a bank in another
+    z[:, 60:66] = 3.0 * np.arange(6)
+    z[:, 66:] += 18.0
+    trip = travel_far(Errand(raster_of(tmp_path, z), who), stops, block=8, stretch=60.0)
+    (only,) = trip.barriers
+    assert only.limit in ("slope and no data", "slope and step and no data")
+    assert "no single limit opens a way: " in only.words
+    away = travel_far(Errand(raster, who), [stops[0], (700.0, 3.0)], block=8)
+    assert away.barriers == ()
+
+
 def test_that_there_is_no_way_is_an_answer(tmp_path: Path, who: Rover) -> None:
     z = np.zeros((300, 300))
     z[:, 148:152] = np.nan
@@ -206,6 +320,7 @@ def test_that_there_is_no_way_is_an_answer(tmp_path: Path, who: Rover) -> None:
     for ends, said in (
         ([(50.0, 60.0), (600.5, 3.0)], "the goal (600.5, 3) m lies beyond the map, which is 600 m"),
         ([(-1.0, 60.0), (500.0, 3.0)], "the start (-1, 60) m lies beyond the map"),
+        ([(300.0, 60.0), (500.0, 3.0)], " m away; a height is missing there"),
         ([(300.0, 60.0), (500.0, 3.0)], "the start (300, 60) m touches forbidden ground; the near"),
         ([(50.0, 60.0), (300.0, 60.0)], "the goal (300, 60) m touches forbidden ground; the near"),
     ):
@@ -216,7 +331,8 @@ def test_a_hole_larger_than_what_is_looked_at(tmp_path: Path, who: Rover) -> Non
     z = np.zeros((900, 900))
     z[200:, 200:] = np.nan
     trip = travel_far(Errand(raster_of(tmp_path, z), who), [(9.0, 9.0), (1500.0, 1500.0)])
-    assert trip.reason == "the goal (1500, 1500) m lies in a hole of the map without data"
+    assert trip.legs[0].reason == "the goal (1500, 1500) m lies in a hole of the map without data"
+    assert [barrier.limit for barrier in trip.barriers] == ["no data"]
     with pytest.raises(InputError, match="every height is missing"):
         plan.survey(raster_of(tmp_path, np.full((50, 50), np.nan)), who)
 
@@ -280,7 +396,9 @@ def test_the_command_says_the_same_whichever_way_it_plans(
     assert set(whole) == set(blocks)
     assert math.isclose(blocks["length_m"], whole["length_m"], rel_tol=0.01)
     assert math.isclose(blocks["energy_j"], whole["energy_j"], rel_tol=0.05)
-    assert math.isclose(blocks["forbidden_share"], whole["forbidden_share"], rel_tol=1e-9)
+    assert whole["looked_share"] == 1.0
+    assert 0.0 < blocks["looked_share"] <= 1.0
+    assert abs(blocks["forbidden_share"] - whole["forbidden_share"]) < 0.1
     made = {p.name for p in (tmp_path / "blocks").iterdir()}
     assert made == {p.name for p in (tmp_path / "whole").iterdir()}
     lines = json.loads((tmp_path / "blocks" / "route.geojson").read_text())["features"]

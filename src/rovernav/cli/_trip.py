@@ -114,7 +114,8 @@ def _plan_whole(
     if zones is not None:
         ground = within_zones(ground, zones)
     trip = travel(ground, stops, order=asked.order, neighbours=options["neighbours"] or 16)
-    why = why_here(ground, trip.points, place) if place is not None and trip.found else None
+    explains = place is not None and trip.found and len(trip.points) > 1
+    why = why_here(ground, trip.points, place) if explains else None
     return trip, terrain, why
 
 
@@ -134,7 +135,8 @@ def _plan_far(
     )
     try:
         trip = travel_far(errand, stops, order=asked.order, on_progress=tick)
-        why = why_far(errand, trip.points, place) if place is not None and trip.found else None
+        explains = place is not None and trip.found and len(trip.points) > 1
+        why = why_far(errand, trip.points, place) if explains else None
     except (FileError, SettingError):
         raise
     except InputError as error:
@@ -195,6 +197,7 @@ def _told(trip: Trip, terrain: Terrain) -> dict[str, Any]:
         "nearest_map": terrain.frame.to_map(*near) if near is not None else None,
         "nearest_off_m": _off(trip),
         "forbidden_share": trip.forbidden,
+        "looked_share": trip.looked,
         "block": None if trip.far is None else trip.far.block,
     }
 
@@ -264,7 +267,9 @@ def print_trip(report: dict[str, Any]) -> None:
         ratio = f", {report['length_m'] / straight:.2f} times" if straight > 0 else ""
         say(f"Found a way of {report['length_m']:,.2f} m for {straight:,.2f} m in a straight line"
             f"{ratio}.")  # fmt: skip
-        share = f"{report['forbidden_share']:.0%} of the map is forbidden to {report['rover']}"
+        part = report["looked_share"]
+        seen = "the map" if part == 1.0 else f"the {part:.0%} of the map that was looked at"
+        share = f"{report['forbidden_share']:.0%} of {seen} is forbidden to {report['rover']}"
         say(f"Steepest ground on the way: {report['max_slope_deg']:.1f} deg; {share}.")
         if len(report["order"]) > 2:
             via = ", ".join(map(str, report["order"][1:-1]))

@@ -7,13 +7,14 @@ from ._directed import directed
 from ._far import travel_far, why_far
 from ._field import Field, cost_to_go, travel_time
 from ._going import OBJECTIVES, Going, going
+from ._lookout import survey
 from ._movingai import Scenarios, read_map, read_scenarios, solve_scenarios
 from ._profile import Profile, profile, waypoints, why_here
 from ._route import Route, Way
 from ._route_file import read_route
 from ._shortest import shortest
 from ._stretch import Errand
-from ._survey import Survey, survey
+from ._survey import Survey
 from ._trip import ORDERS, Far, Trip, cost_matrix, held_karp, travel
 from ._zones import Zones, read_zones, within_zones
 

@@ -86,14 +86,15 @@ def _by_layer(ground: Going, first: Any, last: Any) -> Iterator[Barrier]:
             yield Barrier(
                 limit=name, now=now, needed=needed, unit=unit, at=at,
                 words=f"a way opens if the {name} limit of {ground.rover.name} rises from "
-                f"{_told(now, unit)} to {_told(needed, unit)}, hardest at {_point(at)}",
+                f"{unit_words(now, unit)} to {unit_words(needed, unit)}, hardest at "
+                f"{place_words(at)}",
             )  # fmt: skip
     others = layers.free(without="no data")
     if _joined(others, first, last):
         at = _where(ground, others, layers.unknown.astype(np.float32), (first, last))
         yield Barrier(
             limit="no data", now=0.0, needed=math.nan, unit="", at=at,
-            words=f"a way opens if ground without data can be driven, as at {_point(at)}",
+            words=f"a way opens if ground without data can be driven, as at {place_words(at)}",
         )  # fmt: skip
     if ground.zones is not None:
         yield from _zones(ground, layers, first, last)
@@ -122,7 +123,7 @@ def _zones(ground: Going, layers: _Layers, first: Any, last: Any) -> Iterator[Ba
     at = _where(ground, others, layers.zoned.astype(np.float32), (first, last))
     yield Barrier(
         limit="zone", now=0.0, needed=math.nan, unit="", at=at,
-        words=f"a way opens if the zones are lifted, as at {_point(at)}",
+        words=f"a way opens if the zones are lifted, as at {place_words(at)}",
     )  # fmt: skip
 
 
@@ -140,7 +141,7 @@ def _together(ground: Going, first: Any, last: Any) -> Iterator[Barrier]:
         yield Barrier(
             limit="slope and step", now=1.0, needed=needed, unit="1", at=at,
             words=f"no single limit opens a way; slope and step limits {needed:.4g} times as high "
-            f"do together, hardest at {_point(at)}",
+            f"do together, hardest at {place_words(at)}",
         )  # fmt: skip
 
 
@@ -168,7 +169,7 @@ def _by_direction(ground: Going, start: Point, goal: Point) -> Iterator[Barrier]
         yield Barrier(
             limit=name, now=now, needed=over, unit=unit, at=None,
             words=f"a way opens if the {name} limit of {ground.rover.name} rises from "
-            f"{_told(now, unit)} to {_told(over, unit)}",
+            f"{unit_words(now, unit)} to {unit_words(over, unit)}",
         )  # fmt: skip
 
 
@@ -264,11 +265,13 @@ def _where(ground: Going, free: Bool, grid: Any, ends: tuple[Any, Any]) -> Point
     return frame.centre_of(*hardest)
 
 
-def _told(number: float, unit: str) -> str:
+def unit_words(number: float, unit: str) -> str:
+    """A limit with its unit for people."""
     if unit == "rad":
         return f"{math.degrees(number):.2f} deg"
     return f"{number:.0%}" if unit == "1" else f"{number:.4g} {unit}"
 
 
-def _point(at: Point) -> str:
+def place_words(at: Point) -> str:
+    """A local point for people."""
     return f"({at[0]:.6g}, {at[1]:.6g}) m"

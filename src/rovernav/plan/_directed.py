@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from typing import Any
 
@@ -12,7 +13,7 @@ from ..kernels import easing
 from ..kernels import going as k
 from ._any_angle import any_angle, split_long
 from ._ends import Point, check_point, judge_ends
-from ._going import Going, room_for
+from ._going import Going, against, room_for
 from ._route import Route, Way, no_route
 
 NEIGHBOURS = (8, 16, 32)
@@ -176,7 +177,10 @@ def directed(
     costs = ground.open_ground()
     refused = judge_ends(costs, start, goal)
     if refused is not None:
-        return refused
+        end = {Way.START_FORBIDDEN: start, Way.GOAL_FORBIDDEN: goal}.get(refused.way)
+        if end is None:
+            return refused
+        return dataclasses.replace(refused, reason=refused.reason + against(ground, end))
     if start == goal:
         return Route(points=np.array([start]), cost=0.0, length=0.0)
     if tight and (ground.objective == "distance" or _even(ground)):

@@ -32,17 +32,9 @@ def check_point(point: Any, what: str) -> Point:
 
 def judge_ends(costs: CostMap, start: Point, goal: Point) -> Route | None:
     """Why no route can begin at `start` or end at `goal`; None where both are fine."""
-    width, height = costs.frame.extent
-    for (x, y), what, way in (
-        (start, "start", Way.START_OUTSIDE),
-        (goal, "goal", Way.GOAL_OUTSIDE),
-    ):
-        if not costs.frame.contains(x, y):
-            return no_route(
-                way,
-                f"the {what} {_at(x, y)} lies beyond the map, which is {width:g} m wide and "
-                f"{height:g} m high{_on_the_map(costs.frame, (x, y))}",
-            )
+    off = judge_inside(costs.frame, start, goal)
+    if off is not None:
+        return off
     for (x, y), what, way in (
         (start, "start", Way.START_FORBIDDEN),
         (goal, "goal", Way.GOAL_FORBIDDEN),
@@ -57,6 +49,22 @@ def judge_ends(costs: CostMap, start: Point, goal: Point) -> Route | None:
             )
             nearest = free if what == "goal" else None
             return no_route(way, f"the {what} {_at(x, y)} touches forbidden ground{near}", nearest)
+    return None
+
+
+def judge_inside(frame: Frame, start: Point, goal: Point) -> Route | None:
+    """That an end lies beyond the map; None where both are on it."""
+    width, height = frame.extent
+    for (x, y), what, way in (
+        (start, "start", Way.START_OUTSIDE),
+        (goal, "goal", Way.GOAL_OUTSIDE),
+    ):
+        if not frame.contains(x, y):
+            return no_route(
+                way,
+                f"the {what} {_at(x, y)} lies beyond the map, which is {width:g} m wide and "
+                f"{height:g} m high{_on_the_map(frame, (x, y))}",
+            )
     return None
 
 
@@ -129,7 +137,7 @@ def _on_the_map(frame: Frame, point: Point) -> str:
     width, height = frame.extent
     corners = [frame.to_map(x, y) for x in (0.0, width) for y in (0.0, height)]
     (left, *_, right), (bottom, *_, top) = (sorted(side) for side in zip(*corners, strict=True))
-    x, y = frame.to_map(*point)
+    x, y = (round(at, 6) + 0.0 for at in frame.to_map(*point))
     return (
         f"; in its own coordinates that is {x:.9g}, {y:.9g}, and it spans x from {left:.9g} to "
         f"{right:.9g} and y from {bottom:.9g} to {top:.9g}"

@@ -6,7 +6,6 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -14,30 +13,27 @@ import numpy as np
 from ..core import F64, InputError, SettingError, suggest
 from ._any_angle import any_angle
 from ._directed import stencil
-from ._ends import Point, check_point, enclosed, judge_ends, nearest_free
-from ._going import OBJECTIVES, Going, going
-from ._lines import Guess, Walk
+from ._ends import Point, check_point, enclosed, judge_ends, judge_inside, nearest_free
+from ._far_barriers import barriers_far
+from ._going import OBJECTIVES, Going, against, going
+from ._lines import WORTH, Guess, Walk
+from ._lookout import Lookout, Progress, in_turn, silent
 from ._profile import Profile, cut, nearest_on, why_here
 from ._route import Route, Way, no_route
-from ._stretch import MARGIN, Errand, Failed, Look, Piece, at, lengths, stretch, window_over
-from ._survey import Progress, Survey, silent, survey
+from ._stretch import MARGIN, NEAR, Errand, Failed, Look, Piece, at, lengths, stretch, window_over
+from ._survey import Survey
 from ._trip import MOST_VIA, ORDERS, Far, Trip, held_karp
 
 STRETCH = 1024.0
 """Length of a stretch [cells]."""
 ROUNDS = 24
 """Lines over blocks that are tried at most."""
-WORTH = 0.01
-"""Another line over blocks is tried if it promises a way that is shorter by more than this."""
-NEAR = 2.5
-"""A stretch may end so many blocks beside the line."""
 PATIENCE = 3
 """Lines that may in turn lead to nothing better once a way is found."""
 GAIN = 2e-3
 """Stretches are shifted and planned anew while that gains this share."""
 STATIONS = 4000
 """Stations of the whole profile at most."""
-THREADS = 2
 
 
 def travel_far(
@@ -51,11 +47,13 @@ def travel_far(
 ) -> Trip:
     """As `travel`, over a raster that may be larger than memory.
 
-    First all cells are judged, band by band, and kept as blocks: what share of each is free, and
-    over which borders one can pass. A shortest way over the blocks is found, and then the cheapest
-    way at full resolution around it, stretch by stretch. Where blocks prove not to be passed, or
-    longer than they looked, another line over blocks is tried while it promises a shorter way. Last
-    the stretches are shifted by half and planned again, so that where they met is no longer fixed.
+    First the cells are judged where ways run that are not much longer than the straight line, and
+    kept as blocks: what share of each is free, and over which borders one can pass. A shortest way
+    over the blocks is found, and then the cheapest way at full resolution around it, stretch by
+    stretch. Where blocks prove not to be passed, or longer than they looked, another line over
+    blocks is tried while it promises a shorter way; and more is judged while a way through what
+    was not could be shorter by more than 1 %. Last the stretches are shifted by half and planned
+    again, so that where they met is no longer fixed.
 
     So the way is the cheapest around a shortest line over blocks: objectives other than distance
     count within the windows of the stretches only.
@@ -78,28 +76,33 @@ def travel_far(
     """
     points = [check_point(stop, f"stop {n + 1}") for n, stop in enumerate(stops)]
     _check(points, errand.objective, order, errand.neighbours)
-    rover, objective = errand.rover, errand.objective
-    found = survey(errand.raster, rover, zones=errand.zones, block=block, on_progress=on_progress)
-    judged = found.judged(rover, errand.soil)
-    ground = going(judged, rover, objective=objective, soil=errand.soil)
-    ground = dataclasses.replace(ground, zones=errand.zones)
-    turn = _order(found, points) if order == "best" else tuple(range(len(points)))
+    on_progress = _forward(on_progress)
+    around = Lookout(errand.raster, errand.rover, zones=errand.zones, block=block)
+    turn = _order(around, points) if order == "best" else tuple(range(len(points)))
     points = [points[n] for n in turn]
     legs: list[Route] = []
     pieces: list[list[Piece]] = []
     for n, ends in enumerate(itertools.pairwise(points)):
-        tell = _scaled(on_progress, n, len(points) - 1)
-        route, parts = _leg(errand, found, ends, stretch, tell)
+        tell = _between(on_progress, n / (len(points) - 1), (n + 1) / (len(points) - 1))
+        route, parts = _leg(errand, around, ends, stretch, tell)
         legs.append(route)
         pieces.append(parts)
         if not route.found:
             break
     whole = [piece for leg in pieces for piece in leg]
     done = legs[-1].found
+    barriers = () if done else barriers_far(
+        errand, around, (points[len(legs) - 1], points[len(legs)]), stretch, on_progress
+    )  # fmt: skip
+    found = _seen(around, points)
+    judged = found.judged(errand.rover, errand.soil)
+    ground = going(judged, errand.rover, objective=errand.objective, soil=errand.soil)
+    ground = dataclasses.replace(ground, zones=errand.zones)
     return Trip(
-        ground=ground, stops=np.array(points), order=turn, legs=tuple(legs),
+        ground=ground, stops=np.array(points), order=turn, legs=tuple(legs), barriers=barriers,
         far=Far(
             terrain=found.terrain, block=found.block, forbidden=1.0 - found.free,
+            looked=found.looked,
             accounts=tuple(_summed(ground, parts) for parts in pieces if parts),
             stations=_stations(whole) if done else None, heights=_heights(whole) if done else None,
         ),
@@ -125,16 +128,27 @@ def why_far(errand: Errand, points: Any, place: Any) -> dict[str, Any]:
     piece = cut(points, along, low, high)
     window = window_over(errand, piece, MARGIN)
     assert window is not None
-    look = Look(errand, window)
+    look = Look(errand, window, effort=True)
     assert look.ground is not None
     told = why_here(look.ground, piece - look.corner, np.array(target) - look.corner)
     told["at"] = tuple(map(float, np.array(told["at"]) + look.corner))
     return {**told, "distance": told["distance"] + low}
 
 
-def _scaled(on_progress: Progress, leg: int, legs: int) -> Progress:
-    """Progress of one leg as that of the whole, after the survey."""
-    return lambda done, words: on_progress(0.6 + 0.4 * (leg + done) / legs, words)
+def _forward(on_progress: Progress) -> Progress:
+    """Progress that never goes back, where work turns out to be more than it seemed."""
+    most = [0.0]
+
+    def tell(done: float, words: str) -> None:
+        most[0] = max(most[0], done)
+        on_progress(most[0], words)
+
+    return tell
+
+
+def _between(tell: Progress, low: float, high: float) -> Progress:
+    """Progress of a part as that of the whole."""
+    return lambda done, words: tell(low + (high - low) * done, words)
 
 
 def _check(points: list[Point], objective: str, order: str, neighbours: int) -> None:
@@ -151,20 +165,35 @@ def _check(points: list[Point], objective: str, order: str, neighbours: int) -> 
         )
 
 
-def _order(found: Survey, points: list[Point]) -> tuple[int, ...]:
+def _seen(around: Lookout, points: list[Point]) -> Survey:
+    """What was looked at, and something in any case: the whole raster at last."""
+    width, height = around.found.whole.extent
+    ends = [(min(max(x, 0.0), width), min(max(y, 0.0), height)) for x, y in points[:2]]
+    for reach in (1.0, math.inf):
+        if not np.isfinite(around.found.heights).any():
+            around.widen((ends[0], ends[1]), reach)
+    return around.found
+
+
+def _order(around: Lookout, points: list[Point]) -> tuple[int, ...]:
     """The order of stops whose ways over blocks are shortest."""
-    n, costs = len(points), found.costs(joined=False)
+    n, frame = len(points), around.found.whole
     matrix = np.zeros((n, n))
     for a in range(n):
         for b in range(a):
-            inside = found.whole.contains(*points[a]) and found.whole.contains(*points[b])
-            ends = found.middle(*points[a]), found.middle(*points[b])
-            matrix[a, b] = matrix[b, a] = any_angle(costs, *ends).cost if inside else np.inf
+            inside = frame.contains(*points[a]) and frame.contains(*points[b])
+            cost = np.inf
+            if points[a] == points[b]:
+                cost = 0.0
+            elif inside:
+                line = Guess(around, (points[a], points[b])).line()
+                cost = np.inf if line is None else line.cost
+            matrix[a, b] = matrix[b, a] = cost
     return held_karp(matrix)
 
 
 def _leg(
-    errand: Errand, found: Survey, ends: tuple[Point, Point], step: float, tell: Progress
+    errand: Errand, around: Lookout, ends: tuple[Point, Point], step: float, tell: Progress
 ) -> tuple[Route, list[Piece]]:
     """The way from one stop to the next, and its pieces."""
     refused = _refused(errand, ends)
@@ -176,16 +205,18 @@ def _leg(
         look = Look(errand, window)
         one = look.piece(np.array([ends[0]]) - look.corner)
         return Route(points=one.points, cost=0.0, length=0.0), [one]
-    guess, best, tries = Guess(found, ends), None, 0
+    guess, best, tries = Guess(around, ends, _between(tell, 0.0, 0.4)), None, 0
     for _ in range(ROUNDS):
         line = guess.line()
         if line is None or tries > PATIENCE:
             break
         if best is not None and line.cost >= (1.0 - WORTH) * best.length:
+            if guess.widen(best.length):
+                continue
             break
         tries += best is not None
         try:
-            walk = _walk(errand, line.points, (step, NEAR * found.side), tell)
+            walk = _walk(errand, line.points, (step, NEAR * guess.found.side), tell)
         except Failed as failed:
             guess.failed(failed.window)
             continue
@@ -201,28 +232,19 @@ def _leg(
 
 def _settled(errand: Errand, ways: list[F64], tell: Progress) -> list[Piece]:
     """The same way, planned anew over shifted stretches for as long as that pays."""
-    before = np.inf
     while True:
-        pieces = _shifted(errand, ways, tell)
+        pieces, before = _shifted(errand, ways, tell)
         cost = sum(piece.account["cost"] for piece in pieces)
-        if len(ways) == 1 or not cost < (1.0 - GAIN) * before:
+        if len(ways) == 1 or cost >= (1.0 - GAIN) * before:
             return pieces
-        before, ways = cost, [piece.points for piece in pieces]
+        ways = [piece.points for piece in pieces]
 
 
 def _refused(errand: Errand, ends: tuple[Point, Point]) -> Route | None:
     """Why no way begins or ends there, told by the cells around; None where both are fine."""
-    frame = errand.raster.frame
-    width, height = frame.extent
-    for (x, y), what, way in zip(
-        ends, ("start", "goal"), (Way.START_OUTSIDE, Way.GOAL_OUTSIDE), strict=True
-    ):
-        if not frame.contains(x, y):
-            return no_route(
-                way,
-                f"the {what} ({x:.6g}, {y:.6g}) m lies beyond the map, which is {width:g} m wide "
-                f"and {height:g} m high",
-            )
+    off = judge_inside(errand.raster.frame, *ends)
+    if off is not None:
+        return off
     for end, what, way in zip(
         ends, ("start", "goal"), (Way.START_FORBIDDEN, Way.GOAL_FORBIDDEN), strict=True
     ):
@@ -248,6 +270,7 @@ def _moved(answer: Route, look: Look, end: Point, what: str, way: Way) -> Route:
         f"; the nearest free ground is at ({free[0]:.6g}, {free[1]:.6g}) m, "
         f"{math.dist(free, end):.3g} m away"
     )  # fmt: skip
+    words += against(look.ground, at(np.array(end) - look.corner))
     return no_route(
         way, f"the {what} ({end[0]:.6g}, {end[1]:.6g}) m touches forbidden ground{words}",
         free if what == "goal" else None,
@@ -266,22 +289,30 @@ def _walk(errand: Errand, line: F64, step: tuple[float, float], tell: Progress) 
     total = float(along[-1])
     count = max(1, round(total / (step[0] * errand.raster.frame.cell)))
     cuts = np.linspace(0.0, total, count + 1)
-    parts: list[F64] = []
+    parts = [cut(line, along, *ends) for ends in itertools.pairwise(cuts)]
     ways: list[F64] = []
     first = line[0]
-    for n in range(count):
-        part = cut(line, along, cuts[n], cuts[n + 1])
+    for n, (part, look) in enumerate(in_turn(lambda part: (part, _look(errand, part)), parts)):
         aim = np.vstack([first, part[1:]])
-        path, look = stretch(errand, aim, off=0.0 if n == count - 1 else step[1])
-        parts.append(part)
-        ways.append(path + look.corner)
+        off = 0.0 if n == count - 1 else step[1]
+        path, seen = stretch(errand, aim, off=off, ready=look)
+        ways.append(path + seen.corner)
         first = ways[-1][-1]
-        tell(0.5 * (n + 1) / count, "planning the stretches")
+        tell(0.4 + 0.3 * (n + 1) / count, "planning the stretches")
     return Walk(parts, ways)
 
 
-def _shifted(errand: Errand, ways: list[F64], tell: Progress) -> list[Piece]:
-    """The same way planned anew from the middle of each stretch to the middle of the next."""
+def _look(errand: Errand, part: F64) -> Look | None:
+    """The window around a stretch, judged before it is known where its way begins."""
+    window = window_over(errand, part, MARGIN)
+    return None if window is None else Look(errand, window)
+
+
+def _shifted(errand: Errand, ways: list[F64], tell: Progress) -> tuple[list[Piece], float]:
+    """The same way planned anew from the middle of each stretch to the middle of the next.
+
+    And what it cost before.
+    """
     parts: list[list[F64]] = [[]]
     for way in ways:
         along = lengths(way)
@@ -290,13 +321,18 @@ def _shifted(errand: Errand, ways: list[F64], tell: Progress) -> list[Piece]:
         if len(ways) > 1:
             parts.append([cut(way, along, middle, float(along[-1]))])
 
-    def again(n: int) -> Piece:
-        path, look = stretch(errand, np.vstack(parts[n]), driven=True)
-        tell(0.5 + 0.5 * (n + 1) / len(parts), "planning across their ends")
-        return look.piece(path)
+    def again(part: list[F64]) -> tuple[Piece, float]:
+        line = np.vstack(part)
+        path, look = stretch(errand, line, driven=True)
+        assert look.ground is not None
+        return look.piece(path), look.ground.cost_of(line - look.corner)
 
-    with ThreadPoolExecutor(THREADS) as pool:
-        return list(pool.map(again, range(len(parts))))
+    pieces, before = list[Piece](), 0.0
+    for n, (piece, cost) in enumerate(in_turn(again, parts)):
+        pieces.append(piece)
+        before += cost
+        tell(0.7 + 0.3 * (n + 1) / len(parts), "planning across their ends")
+    return pieces, before
 
 
 def _route(pieces: list[Piece]) -> Route:

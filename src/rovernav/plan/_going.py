@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from ..core import F32, F64, U8, Frame, SettingError, ShapeError, suggest, value
 from ..kernels import going as k
 from ..kernels import traction
-from ..rover import Hazards, Rover, cheapest, drive_table
+from ..rover import Hazards, Reason, Rover, cheapest, drive_table
 from ._costs import CostMap
 
 
@@ -209,3 +210,31 @@ def going(
         hazards=hazards, rover=rover, objective=objective, blocked=hazards.blocked,
         near=np.nan_to_num(near), table=table,
     )  # fmt: skip
+
+
+def against(ground: Going, point: tuple[float, float]) -> str:
+    """What forbids the ground that a local point [m] touches, as the end of a sentence."""
+    frame, where = ground.frame, ground.hazards.standing
+    steps = (-1e-9, 1e-9)
+    places = ((max(0.0, point[0] + a), max(0.0, point[1] + b)) for a in steps for b in steps)
+    cells = {frame.cell_of(*place) for place in places}
+    blocked = sorted(cell for cell in cells if ground.blocked[cell])
+    if not blocked:
+        return ""
+    cell, rover = blocked[0], ground.rover
+    match where.reason[cell]:
+        case Reason.NO_DATA:
+            words = "a height is missing there"
+        case Reason.SLOPE:
+            slope, most = math.degrees(where.slope[cell]), math.degrees(rover.max_slope)
+            words = f"it is {slope:.1f} deg steep there, and {rover.name} climbs {most:.1f} deg"
+        case Reason.STEP:
+            words = (
+                f"a ledge there is {where.step[cell]:.3g} m high, and {rover.name} climbs "
+                f"{rover.max_step:.3g} m"
+            )
+        case Reason.NEAR:
+            words = f"ground within the radius of {rover.name} is forbidden there"
+        case _:
+            words = "a zone forbids it"
+    return f"; {words}"

@@ -66,14 +66,15 @@ class Piece(NamedTuple):
 class Look:
     """A window of the raster, judged; local points are those of the raster."""
 
-    def __init__(self, errand: Errand, window: Window) -> None:
+    def __init__(self, errand: Errand, window: Window, *, effort: bool = False) -> None:
+        """Read and judge it; `effort` adds the layers that only `why_here` tells of."""
         raster, self.window, self._errand = errand.raster, window, errand
         cell = raster.frame.cell
         self.corner = np.array([window.column * cell, window.row * cell])
         self.terrain = ground_of(raster, window, raster.heights(window))
         self.ground: Going | None = None
         if self.terrain is not None:
-            judged = hazards(self.terrain, errand.rover, soil=errand.soil)
+            judged = hazards(self.terrain, errand.rover, soil=errand.soil, effort=effort)
             self.ground = going(judged, errand.rover, objective=errand.objective)
             if errand.zones is not None:
                 seen = errand.zones.seen_from(float(self.corner[0]), float(self.corner[1]))
@@ -155,7 +156,12 @@ class Failed(Exception):
 
 
 def stretch(
-    errand: Errand, along: F64, *, off: float = 0.0, driven: bool = False
+    errand: Errand,
+    along: F64,
+    *,
+    off: float = 0.0,
+    driven: bool = False,
+    ready: Look | None = None,
 ) -> tuple[F64, Look]:
     """The cheapest way between the ends of a line, in a window around it that widens as needed.
 
@@ -164,6 +170,7 @@ def stretch(
         along: The line (k, 2) [m].
         off: How far from its end to end at most, where that cannot be reached [m].
         driven: Whether the line itself can be driven; then the cheaper one counts.
+        ready: What to look at first, instead of a window around the line.
 
     Returns:
         Its points (k, 2) [m], which count from the window's corner, and the window.
@@ -176,7 +183,8 @@ def stretch(
         window = window_over(errand, along, margin)
         if window is None or (last is not None and _as_large(last[1].window, window)):
             break
-        look = Look(errand, window)
+        look = Look(errand, window) if ready is None else ready
+        ready = None
         goal = look.near(along[0], along[-1], off) if off > 0.0 else along[-1]
         found = None if goal is None else look.way(along[0], goal)
         path = np.empty((0, 2)) if found is None else found.points

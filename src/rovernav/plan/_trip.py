@@ -30,7 +30,8 @@ class Far:
     Attributes:
         terrain: Mean heights of the blocks, for pictures.
         block: Cells to a side of a block.
-        forbidden: Share of the raster that is forbidden, 0 to 1.
+        forbidden: Share of what was looked at that is forbidden, 0 to 1.
+        looked: Share of the raster that was looked at, 0 to 1.
         accounts: For each leg that was found, as `Trip.account`.
         stations: The profile of the whole trip; None without a way.
         heights: Elevation of the trip's points (k,) [m]; None without a way.
@@ -39,6 +40,7 @@ class Far:
     terrain: Terrain
     block: int
     forbidden: float
+    looked: float
     accounts: tuple[dict[str, Any], ...]
     stations: Profile | None = None
     heights: F64 | None = None
@@ -140,8 +142,13 @@ class Trip:
 
     @property
     def forbidden(self) -> float:
-        """Share of the map that is forbidden, 0 to 1."""
+        """Share of the map that is forbidden, of what was looked at of it, 0 to 1."""
         return float(self.ground.blocked.mean()) if self.far is None else self.far.forbidden
+
+    @property
+    def looked(self) -> float:
+        """Share of the map that was looked at, 0 to 1: where shorter ways may run."""
+        return 1.0 if self.far is None else self.far.looked
 
 
 def travel(
@@ -157,7 +164,8 @@ def travel(
         ground: What going costs, and what is counted.
         stops: Local points (x, y) [m]: the start, stops on the way, the goal.
         order: "given", or "best": stops between the first and the last in the order that costs
-            least, exact for the costs on the graph (Held and Karp 1962).
+            least (Held and Karp 1962): exact for the lengths of shortest ways where distance
+            counts, otherwise for the costs on the graph.
         neighbours: Cells that a move of the graph may lead to: 8, 16 or 32.
 
     Returns:
@@ -223,7 +231,21 @@ def best_order(
             f"the best order is found for at most {MOST_VIA} stops between start and goal, got "
             f"{via}; leave out --order best, or split the trip"
         )
+    if ground.objective == "distance":
+        return held_karp(_lengths(ground, points, neighbours))
     return held_karp(cost_matrix(ground, points, neighbours=neighbours))
+
+
+def _lengths(ground: Going, points: Sequence[Point], neighbours: int) -> F64:
+    """As `cost_matrix`, of shortest ways themselves: pairs are quicker than the whole map."""
+    matrix = np.zeros((len(points), len(points)))
+    for a, b in itertools.combinations(range(len(points)), 2):
+        there = directed(ground, points[a], points[b], neighbours=neighbours).cost
+        back = there
+        if ground.table is not None:  # limits by direction
+            back = directed(ground, points[b], points[a], neighbours=neighbours).cost
+        matrix[a, b], matrix[b, a] = there, back
+    return matrix
 
 
 def held_karp(matrix: F64) -> tuple[int, ...]:

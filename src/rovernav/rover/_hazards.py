@@ -97,6 +97,7 @@ def hazards(
     soil: str | Soil | None = None,
     heading: float | None = None,
     turns: int = 0,
+    effort: bool = True,
 ) -> Hazards:
     """Judge a terrain for a rover.
 
@@ -113,6 +114,7 @@ def hazards(
         turns: Headings, evenly spaced, for which every pose with its middle in a cell is bounded:
             slow, some 30 thousand poses a second, and pointless on cells wider than the rover.
             0 leaves these layers out.
+        effort: Whether to give the layers of slip and energy.
 
     Raises:
         SettingError: A soil for a rover without a mobility section, an unknown one, or turns for
@@ -128,7 +130,9 @@ def hazards(
         "step": where.step,
         "distance": _distance(squared, terrain.frame.cell),
     }
-    table_soil = _slip_and_energy(planes, rover, soil, heading, values)
+    table_soil = _soil_of(rover, soil)
+    if effort and table_soil is not None:
+        _slip_and_energy(planes, drive_table(rover, table_soil), heading, values)
     if heading is not None:
         values |= _lean(planes, heading)
     if turns:
@@ -140,7 +144,7 @@ def hazards(
     return Hazards(
         standing=where,
         rover=rover.name,
-        soil=table_soil,
+        soil=table_soil.name if isinstance(table_soil, Soil) else table_soil,
         heading=heading,
         layers=MappingProxyType(layers),
     )
@@ -168,19 +172,20 @@ def _lean(planes: Planes, heading: float) -> dict[str, F32]:
     return {"pitch": out[0], "roll": out[1]}
 
 
-def _slip_and_energy(
-    planes: Planes, rover: Rover, soil: str | Soil | None, heading: float | None, values: Any
-) -> str | None:
-    """Add both layers where the rover has what they need; returns the soil's name."""
-    if rover.mobility is None and soil is None:
-        return None
-    named = soil if soil is not None else rover.mobility.soil if rover.mobility else None
-    table = drive_table(rover, named)
+def _soil_of(rover: Rover, soil: str | Soil | None) -> str | Soil | None:
+    """What it is driven over; None where the rover lacks what that would matter to."""
+    if soil is not None:
+        drive_table(rover, soil)  # refuses what cannot be
+        return soil
+    return rover.mobility.soil if rover.mobility else None
+
+
+def _slip_and_energy(planes: Planes, table: Any, heading: float | None, values: Any) -> None:
+    """Add both layers."""
     way = (0.0, 0.0) if heading is None else (math.cos(heading), math.sin(heading))
     values["slip"], values["energy"] = np.empty((2, *planes.east.shape), np.float32)
     grids = (values["slip"], values["energy"])
     traction.drive_layer(planes.east, planes.north, way, table, 0, *grids)
-    return named.name if isinstance(named, Soil) else named
 
 
 def _proof(terrain: Terrain, rover: Rover, turns: int) -> dict[str, F32]:

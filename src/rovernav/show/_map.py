@@ -13,7 +13,7 @@ from ..core import F64, Frame, InputError
 from ..rover import Reason
 from ..terrain import Terrain, true_north
 from ._canvas import INK
-from ._relief import WHY, Window
+from ._relief import UNSEEN, WHY, Window
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -130,6 +130,13 @@ def forbidden_legend(reasons: Sequence[Reason]) -> list[Any]:
         Patch(facecolor=to_rgba(WHY[why][0], WHY[why][1]), edgecolor="#888888", label=WHY[why][2])
         for why in reasons
     ]
+
+
+def unseen_legend() -> Any:
+    """The legend entry for ground that was not looked at."""
+    from matplotlib.patches import Patch
+
+    return Patch(facecolor=UNSEEN, edgecolor="#888888", label="not looked at")
 
 
 def colour_bar(figure: Figure, place: Sequence[float], item: Any, label: str) -> None:

@@ -20,6 +20,8 @@ PIXELS = 1200
 TINT = "cividis"
 NOTHING = "#5a5a5a"
 """Ground without data."""
+UNSEEN = "#e4e4e4"
+"""Ground that was not looked at."""
 
 WHY = {
     Reason.SLOPE: (VERMILION, 0.65, "too steep"),
@@ -140,6 +142,19 @@ def draw_forbidden(axes: Axes, piece: Piece, standing: Standing) -> list[Reason]
     image, found = _forbidden(piece, standing)
     axes.imshow(image, origin="lower", extent=piece.extent, interpolation="nearest", zorder=1)
     return found
+
+
+def draw_unseen(axes: Axes, piece: Piece, standing: Standing) -> bool:
+    """Draw ground that was not looked at: without a height, and nothing said against it."""
+    from matplotlib.colors import to_rgba
+
+    reason: U8 = standing.reason[piece.rows, piece.columns]
+    unseen = np.isnan(piece.height) & (reason == Reason.FREE)
+    image = np.zeros((*reason.shape, 4))
+    image[unseen] = to_rgba(UNSEEN)
+    if unseen.any():
+        axes.imshow(image, origin="lower", extent=piece.extent, interpolation="nearest", zorder=1)
+    return bool(unseen.any())
 
 
 def _forbidden(piece: Piece, standing: Standing) -> tuple[F64, list[Reason]]:

@@ -19,9 +19,10 @@ from ._map import (
     origin_words,
     overview,
     scale_bar,
+    unseen_legend,
     window_around,
 )
-from ._relief import draw_forbidden, draw_relief, piece_of
+from ._relief import draw_forbidden, draw_relief, draw_unseen, piece_of
 from ._words import BLUE, GREEN, ORANGE, VERMILION
 
 if TYPE_CHECKING:
@@ -72,7 +73,10 @@ def draw_route(
         tint = draw_relief(axes, piece)
         legend = []
         if ground is not None:
-            legend = forbidden_legend(draw_forbidden(axes, piece, ground.hazards.standing))
+            standing = ground.hazards.standing
+            legend = forbidden_legend(draw_forbidden(axes, piece, standing))
+            if draw_unseen(axes, piece, standing):
+                legend.append(unseen_legend())
             _draw_zones(axes, ground)
         _draw_way(axes, route, stops)
         scale_bar(axes, window, shown)
@@ -80,7 +84,10 @@ def draw_route(
         axes.set(xlim=window[::2], ylim=window[1::2], facecolor="#dddddd")
         heading(figure, f"{title or terrain.name}: {_summary(route, ground)}")
         whole = figure.add_axes((SIDE, 0.6, WIDE, 0.3))
-        draw_relief(whole, piece_of(terrain), tinted=False)
+        small = piece_of(terrain)
+        draw_relief(whole, small, tinted=False)
+        if ground is not None:
+            draw_unseen(whole, small, ground.hazards.standing)
         overview(whole, terrain, window)
         handles = [*axes.get_legend_handles_labels()[0], *legend]
         figure.legend(handles=handles, bbox_to_anchor=(SIDE - 0.015, 0.56), **LEGEND)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -194,26 +194,30 @@ class Raster:
         with _answered(self):
             return self._heights(window, factor, on_progress or _silent)
 
-    def bands(self, rows: int, beyond: int) -> Iterator[tuple[int, Window, Float]]:
-        """Heights of the whole raster from south to north, read in one go.
+    def parts(
+        self, windows: Iterable[Window], beyond: int
+    ) -> Iterator[tuple[Window, Window, Float]]:
+        """Heights of several windows, read in one go.
 
         Args:
-            rows: How many rows a band has.
-            beyond: Rows more on either side, as far as there are any.
+            windows: Parts of the raster; fastest where each is near to the one before.
+            beyond: Cells more on every side, as far as there are any.
 
         Yields:
-            The band's first row, the window that was read, and its heights [m], row 0 south; all of
-            them may be missing.
+            The window, the larger one that was read, and its heights [m], row 0 south; all of them
+            may be missing.
 
         Raises:
             FileError: Damaged.
         """
         h, w = self.frame.shape
         with _answered(self), self.posts.open() as read:
-            for first in range(0, h, rows):
-                low, high = max(0, first - beyond), min(h, first + rows + beyond)
-                window = Window(row=low, column=0, rows=high - low, columns=w)
-                yield first, window, self._cells(read, window)
+            for window in windows:
+                low, left = max(0, window.row - beyond), max(0, window.column - beyond)
+                high = min(h, window.row + window.rows + beyond)
+                right = min(w, window.column + window.columns + beyond)
+                around = Window(row=low, column=left, rows=high - low, columns=right - left)
+                yield window, around, self._cells(read, around)
 
     def describe(self) -> dict[str, Any]:
         """What is known without reading heights; lengths in true metres."""
