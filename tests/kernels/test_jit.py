@@ -56,6 +56,7 @@ def test_without_a_home_nothing_is_kept(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_the_own_variable_goes_before_numbas(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("ROVERNAV_CACHE_DIR", raising=False)
     monkeypatch.setenv("NUMBA_CACHE_DIR", "/b")
     assert _jit._parents() == [Path("/b")]
     monkeypatch.setenv("ROVERNAV_CACHE_DIR", "/a")

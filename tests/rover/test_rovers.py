@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import fields
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -121,6 +122,13 @@ def test_a_rover_file_with_a_mistake(tmp_path: Path, changes: dict[str, Any], me
     with pytest.raises(SettingError, match=message) as caught:
         read_rover(tmp_path / "mine.yaml")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", presets())
+def test_a_preset_is_what_its_file_says_when_checked(name: str) -> None:
+    with resources.as_file(resources.files("rovernav.rover") / "presets" / f"{name}.yaml") as path:
+        checked = read_rover(path)
+    assert repr(read_rover(name)) == repr(checked)
 
 
 def test_an_unknown_preset_names_the_nearest() -> None:

@@ -14,7 +14,7 @@ from cyclopts import App, CycloptsError
 
 from .._version import __version__
 from ._compare import compare
-from ._console import complain
+from ._console import announce_compiling, complain
 from ._demo import demo
 from ._drive import drive
 from ._export import export
@@ -60,6 +60,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     if words[:1] == ["help"]:
         words = [*words[1:], "--help"]
     _print_any_name()
+    announce_compiling()
     try:
         result = _app()(words, exit_on_error=False, print_error=False, result_action="return_value")
         if sys.stdout is not None:

@@ -73,6 +73,18 @@ def note(text: str) -> None:
         print(text, file=sys.stderr)
 
 
+def announce_compiling() -> None:
+    """Say on a terminal, once, that kernels are being compiled: the wait will not come again."""
+    from ..kernels.news import LISTENERS
+
+    def first(_kernel: str) -> None:
+        LISTENERS.remove(first)
+        if _is_terminal():
+            note("compiling kernels for this machine; they are kept, so the next start is quick")
+
+    LISTENERS[:] = [first]
+
+
 def complain(message: str, code: int, *, hint: str = "") -> int:
     """One line on the error stream, red on a terminal; returns the exit code."""
     red, dim, end = ("\033[1;31m", "\033[2m", "\033[0m") if _has_colour() else ("", "", "")

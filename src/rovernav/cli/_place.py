@@ -79,8 +79,7 @@ def _named(option: str) -> str:
 
 def _check_options(given: dict[str, Any]) -> None:
     """Read the two points; refuse an unknown frame and empty names."""
-    from ..core import SettingError, suggest
-    from ..scenes import FRAMES
+    from ..core import FRAMES, SettingError, suggest
 
     for end in ("from", "to"):
         if end in given:
@@ -143,10 +142,9 @@ def to_point(ground: Terrain | Raster, options: Mapping[str, Any], end: str) -> 
     Raises:
         SettingError: It is not two numbers, or there is no such frame.
     """
-    from ..core import SettingError, suggest
-    from ..scenes import FRAMES, to_local
+    from ..core import FRAMES, SettingError, suggest
 
     frame = options["frame"] or FRAMES[0]
     if frame not in FRAMES:
         raise SettingError(f"--frame has no {frame!r}; {suggest(frame, FRAMES)}")
-    return to_local(ground, _point(f"--{end}", options[end]), frame)
+    return ground.frame.place(*_point(f"--{end}", options[end]), frame)

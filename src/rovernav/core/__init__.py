@@ -26,7 +26,7 @@ from .files import (
     write_atomic,
     write_text,
 )
-from .frame import Frame
+from .frame import FRAMES, Frame
 from .outcome import Outcome
 from .plugins import Plugin, make_plugin, plugin, plugins
 from .roles import Codec, Controller, Executor, Mapper, Memory, Metric, Motion, Sensor
@@ -37,6 +37,7 @@ from .values import map_arrays, read_only, value
 __all__ = [
     "F32",
     "F64",
+    "FRAMES",
     "I8",
     "I64",
     "U8",

@@ -11,12 +11,13 @@ import os
 import signal
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import is_dataclass
-from typing import Any, Protocol, TypeVar, final
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, final
 
 from .errors import SettingError, WorkerError
+
+if TYPE_CHECKING:  # most commands need no pool, and theirs is a slow import
+    from concurrent.futures import Future, ProcessPoolExecutor
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -77,6 +78,8 @@ class Threads:
         on_done: Callable[[], object] | None = None,
     ) -> Iterator[Result]:
         """The results, in order; the first error of a job is raised in its place."""
+        from concurrent.futures import ThreadPoolExecutor
+
         wait, pool = True, ThreadPoolExecutor(self.workers, thread_name_prefix="rovernav")
         try:
             yield from in_order(
@@ -122,6 +125,8 @@ class Processes:
         Raises:
             WorkerError: A process ended by itself: killed, or out of memory.
         """
+        from concurrent.futures.process import BrokenProcessPool
+
         whole, pool = False, self._open(shared)
 
         def submit(item: Item) -> Future[Result]:
@@ -150,6 +155,7 @@ class Processes:
     def _open(self, shared: Any) -> ProcessPoolExecutor:
         """Processes that hold the shared value; they are no longer kept."""
         import multiprocessing
+        from concurrent.futures import ProcessPoolExecutor
 
         if self._kept is not None:
             (held, pool), self._kept = self._kept, None

@@ -10,6 +10,8 @@ from .values import value
 Axes = tuple[tuple[float, float], tuple[float, float]]
 PLAIN: Axes = ((1.0, 0.0), (0.0, 1.0))
 """Map coordinates that are local metres counted from another place."""
+FRAMES = ("crs", "local", "pixel")
+"""In what people give a point: map coordinates, local metres, or pixels of the image."""
 
 
 @value
@@ -89,6 +91,21 @@ class Frame:
             (xx, xy), (yx, yy) = self.axes
             x, y = xx * x + xy * y, yx * x + yy * y
         return x + self.origin[0], y + self.origin[1]
+
+    def place(self, x: float, y: float, given: str = "crs") -> tuple[float, float]:
+        """Local metres of a point that is given in one of `FRAMES`.
+
+        Args:
+            x: Along x; for ``pixel`` the column, counted from the left of the image.
+            y: Along y; for ``pixel`` the row, counted from the top. Whole numbers are the middles
+                of pixels.
+            given: ``crs``, ``local`` or ``pixel``.
+        """
+        if given == "local":
+            return x, y
+        if given == "pixel":
+            return (x + 0.5) * self.cell, (self.shape[0] - y - 0.5) * self.cell
+        return self.to_local(x, y)
 
     def part(self, row: int, column: int, shape: tuple[int, int], factor: int = 1) -> Frame:
         """The frame of a part: its first row and column, its shape, `factor` cells to one."""

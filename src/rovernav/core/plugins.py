@@ -5,12 +5,14 @@ Nothing is imported before a part is asked for by name: listing reads only what 
 
 from __future__ import annotations
 
-import importlib.metadata
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .errors import PluginError, suggest
 from .values import value
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 GROUPS = {
     "controller": "rovernav.controllers",
@@ -49,8 +51,10 @@ class Plugin:
         Raises:
             PluginError: It cannot be loaded or made.
         """
+        from importlib.metadata import EntryPoint  # late: few drives need one
+
         USED.append(self)
-        point = importlib.metadata.EntryPoint(self.name, self.target, GROUPS[self.kind])
+        point = EntryPoint(self.name, self.target, GROUPS[self.kind])
         try:
             made = point.load()
         except (Exception, SystemExit) as error:
@@ -63,9 +67,11 @@ class Plugin:
 
 def plugins(kind: str) -> list[Plugin]:
     """All parts of a kind that installed distributions offer, by name."""
+    from importlib.metadata import entry_points
+
     found = [
         Plugin(kind=kind, name=point.name, target=point.value, distribution=_owner(point))
-        for point in importlib.metadata.entry_points(group=GROUPS[kind])
+        for point in entry_points(group=GROUPS[kind])
     ]
     return sorted(found, key=lambda one: (one.name, one.distribution))
 
@@ -104,7 +110,7 @@ def make_plugin(kind: str, name: str, *, also: Iterable[str] = ()) -> Any:
     return found.make()
 
 
-def _owner(point: importlib.metadata.EntryPoint) -> str:
+def _owner(point: EntryPoint) -> str:
     owner = point.dist
     return "an unknown distribution" if owner is None else f"{owner.name} {owner.version}"
 

@@ -6,12 +6,14 @@ import csv
 import io
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .._version import __version__
 from ..core import Frame, InputError, write_text
-from ..sim import Trace
 from ..terrain import Terrain
+
+if TYPE_CHECKING:
+    from ..sim import Trace  # a route is written without the simulator
 
 LOCAL = Frame(cell=1.0, shape=(1, 1))
 

@@ -6,13 +6,16 @@ import csv
 import io
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..core import F64, Outcome, write_text
-from ..sim import Trace
 from ..terrain import Terrain
 from ._path import check_path
+
+if TYPE_CHECKING:
+    from ..sim import Trace
 
 COMMANDS = ("command_forward_m_s", "command_left_m_s", "command_turn_rad_s")
 BODY = ("height_m", "pitch_rad", "roll_rad", "slip_along", "slip_left", "energy_j")

@@ -18,6 +18,8 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core import config as numba_config
 
+from ._kept import keep
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 config: Any = numba_config
@@ -44,14 +46,8 @@ def kernel(*, inline: bool = False) -> Callable[[Function], Function]:
 def cached(function: Function, options: dict[str, Any]) -> Function:
     """`function` compiled with `options`, its code kept in `cache_folder` if there is one."""
     folder = cache_folder()
-    if folder is None or JIT_DISABLED:
-        return cast(Function, numba.njit(function, **options))
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(folder)  # read once, while the decorator runs
-    try:
-        return cast(Function, numba.njit(function, cache=True, **options))
-    finally:
-        config.CACHE_DIR = before
+    compiled = numba.njit(function, **options)
+    return cast(Function, compiled if folder is None or JIT_DISABLED else keep(compiled, folder))
 
 
 @functools.cache

@@ -1,5 +1,6 @@
 """Named scenes and suites: worlds, missions and rovers, without a controller."""
 
+from ..core import FRAMES
 from ._bassil import (
     BOUNDS,
     OBSTACLE,
@@ -17,7 +18,6 @@ from ._bassil import (
 from ._embodied import embodied
 from ._generated import GENERATORS, Hills, generate
 from ._ground import (
-    FRAMES,
     Ground,
     among,
     check_end,

@@ -31,7 +31,6 @@ GOAL_RADIUS = 0.5
 """A differential rover within this distance has reached its goal [m]."""
 REACH, REACH_CELLS = 6.0, 20.0
 """Reach of the range fan [m], and at least as many cells of the terrain."""
-FRAMES = ("crs", "local", "pixel")
 
 
 @value
@@ -214,13 +213,7 @@ def to_local(
             numbers being the middles of pixels.
         frame: ``crs``, ``local`` or ``pixel``.
     """
-    x, y = point
-    if frame == "local":
-        return x, y
-    if frame == "pixel":
-        cell, rows = terrain.frame.cell, terrain.frame.shape[0]
-        return (x + 0.5) * cell, (rows - y - 0.5) * cell
-    return terrain.frame.to_local(x, y)
+    return terrain.frame.place(*point, frame)
 
 
 def _check_point(name: str, point: tuple[float, float], where: Standing, rover: Rover) -> None:
