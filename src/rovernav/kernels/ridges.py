@@ -23,9 +23,9 @@ from .geometry import MISS
 
 FIRST = 2
 """Level of the smallest blocks: 2^2 patches on a side."""
-_SLACK = 1e-9
+SLACK = 1e-9
 """More than the rounding of a place [cells] on grids that fit a memory."""
-_TINY = 1e-290
+TINY = 1e-290
 """Changes smaller than this are none: one over them is no number."""
 
 
@@ -122,7 +122,7 @@ def _span(a: float, d: float, over: float, low: float, high: float) -> tuple[flo
 @kernel(inline=True)
 def _still(d: float) -> float:
     """A change so small that one over it is no number is none."""
-    return d if abs(d) > _TINY else 0.0
+    return d if abs(d) > TINY else 0.0
 
 
 @kernel()
@@ -142,11 +142,11 @@ def first_rise(layer: int, a: Any, b: Any, ground: GroundArrays) -> float:
     if shape[0] == 0:
         return MISS
     heights, tops = ground.heights[layer].ravel(), ground.tops[layer]
-    return _walk(a, b, ground.cell, shape, heights, tops, ground.levels)
+    return walk(a, b, ground.cell, shape, heights, tops, ground.levels)
 
 
 @kernel()
-def _walk(a: Any, b: Any, c: float, shape: Any, heights: Any, tops: Any, levels: Any) -> float:
+def walk(a: Any, b: Any, c: float, shape: Any, heights: Any, tops: Any, levels: Any) -> float:
     """`first_rise` over one grid of heights, flat."""
     h, w = shape
     u, v = a[0] / c + 0.5, a[1] / c + 0.5  # patch (i, j) covers [i, i + 1] x [j, j + 1]
@@ -164,8 +164,8 @@ def _walk(a: Any, b: Any, c: float, shape: Any, heights: Any, tops: Any, levels:
     if not ends[0] <= ends[1]:
         return MISS
     near, far = u + ends[0] * du, u + ends[1] * du
-    lowest = max(0, int(np.floor(min(near, far) - _SLACK)))
-    highest = min(along[0], int(np.floor(max(near, far) + _SLACK)))
+    lowest = max(0, int(np.floor(min(near, far) - SLACK)))
+    highest = min(along[0], int(np.floor(max(near, far) + SLACK)))
     forward = du >= 0.0
     j, last = (lowest, highest) if forward else (highest, lowest)
     step, top, level = (1 if forward else -1), levels.size - 2, 0
@@ -204,7 +204,7 @@ def _strip(line: _Line, j: int, end: int) -> tuple[float, float, float, float]:
         t0 = min(1.0, max(0.0, (low - line.u) * line.along))
         t1 = min(1.0, max(0.0, (high - line.u) * line.along))
     v0, v1 = line.v + t0 * line.dv, line.v + t1 * line.dv
-    return t0, t1, min(v0, v1) - _SLACK, max(v0, v1) + _SLACK
+    return t0, t1, min(v0, v1) - SLACK, max(v0, v1) + SLACK
 
 
 @kernel(inline=True)
@@ -299,7 +299,7 @@ def rise_fan(eye: Any, ways: Any, of: Any, reach: float, ground: GroundArrays, o
         for n in range(ways.shape[1]):
             dx, dy, dz = ways[k, n, 0], ways[k, n, 1], ways[k, n, 2]
             b = (x + reach * dx, y + reach * dy, z + reach * dz)
-            t = _walk((x, y, z), b, ground.cell, shape, heights, tops, ground.levels)
+            t = walk((x, y, z), b, ground.cell, shape, heights, tops, ground.levels)
             out[k, n] = reach * min(1.0, t)
 
 
