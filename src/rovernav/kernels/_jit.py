@@ -30,15 +30,18 @@ JIT_DISABLED = bool(config.DISABLE_JIT)
 """True under NUMBA_DISABLE_JIT=1, where kernels run as plain Python (tests only)."""
 
 
-def kernel(*, inline: bool = False) -> Callable[[Function], Function]:
+def kernel(*, inline: bool = False, bare: bool = False) -> Callable[[Function], Function]:
     """Compile a function: nogil, NumPy division, no fastmath, cached on disk where possible.
 
     Args:
         inline: Make LLVM put the body into each caller, however large it is.
+        bare: Count no references to arrays, which takes an atomic instruction for each row that is
+            looked at. For inner kernels that make no arrays; their callers hold what they use.
     """
 
     def compile_it(function: Function) -> Function:
-        return cached(function, {**OPTIONS, "forceinline": inline})
+        counted: dict[str, Any] = {"_nrt": False} if bare else {}
+        return cached(function, {**OPTIONS, "forceinline": inline, **counted})
 
     return compile_it
 

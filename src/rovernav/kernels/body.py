@@ -17,6 +17,7 @@ import numpy as np
 
 from . import footprint as fp
 from . import settle as st
+from . import standing as under
 from . import traction as tr
 from . import wheels as wh
 from ._jit import kernel
@@ -54,7 +55,7 @@ class Ends(NamedTuple):
     limit: float
 
 
-@kernel()
+@kernel(inline=True, bare=True)
 def _settled(
     k: int, of: int, body: BodyArrays, ground: GroundArrays, after: Rows, room: Any
 ) -> int:
@@ -63,12 +64,13 @@ def _settled(
     layer = of if ground.wheel.shape[0] > 1 else 0
     pose, row = after.pose[k], room[2]
     at, h = room[0], room[1]
-    st.settle_one(
+    turns = st.settle_one(
         ground.wheel[layer], ground.gradient[layer], ground.cell, chassis, pose, (at, h), row
     )
     if row[st.CODE] != st.NO_GROUND:
-        row[st.CLEARANCE] = st.clearance_of(ground.ground[layer], ground.cell, chassis, pose, row)
-        row[st.STEP] = st.step_under(ground.step[layer], ground.cell, chassis, pose, at, row)
+        below, step = ground.ground[layer], ground.step[layer]
+        row[st.CLEARANCE] = under.clearance_of(below, ground.cell, chassis, pose, turns, row[st.Z])
+        row[st.STEP] = under.step_under(step, ground.cell, chassis, pose, at, turns)
     missing = row[st.CODE] == st.NO_GROUND or row[st.CLEARANCE] != row[st.CLEARANCE]
     if missing or row[st.STEP] != row[st.STEP]:
         return COLLIDED if _over(ground.wheel[layer], ground.cell, pose, n) else LEFT_MAP
@@ -79,7 +81,7 @@ def _settled(
     return HIGH_CENTRED if row[st.CLEARANCE] <= chassis[st.LEAST_CLEARANCE] else DRIVING
 
 
-@kernel()
+@kernel(bare=True)
 def _over(grid: Any, c: float, pose: Any, n: Any) -> bool:
     """Whether the whole footprint lies over the grid, holes or not."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
@@ -93,7 +95,7 @@ def _over(grid: Any, c: float, pose: Any, n: Any) -> bool:
     return True
 
 
-@kernel()
+@kernel(bare=True)
 def _climbs_a_ledge(
     old: Any, pose: Any, of: int, body: BodyArrays, ground: GroundArrays, row: Any
 ) -> bool:
@@ -134,7 +136,7 @@ def _slope(attitude: Any, u: float, v: float) -> tuple[float, float]:
     return (ahead * u + left * v) / fast, (left * u - ahead * v) / fast
 
 
-@kernel()
+@kernel(inline=True, bare=True)
 def _drive_part(
     k: int, wanted: Any, factor: Any, body: BodyArrays, after: Rows
 ) -> tuple[float, float, float]:
@@ -173,7 +175,7 @@ def _drive_part(
     return (mu * made - mv * slid) * part, (mv * made + mu * slid) * part, mw * (1.0 - slip) * part
 
 
-@kernel()
+@kernel(inline=True, bare=True)
 def _move_part(
     k: int,
     step: Any,
@@ -216,7 +218,7 @@ def _outside(pose: Any, edge: Any) -> bool:
     return not (edge[0] <= pose[0] <= edge[2] and edge[1] <= pose[1] <= edge[3])
 
 
-@kernel()
+@kernel(inline=True, bare=True)
 def _end(k: int, ended: int, of: int, ends: Ends, after: Rows) -> None:
     """Write how rover k ends: what stopped it, the map's edge, the goal, being stuck, time."""
     pose = after.pose[k]
@@ -242,6 +244,14 @@ def _stuck(stall: Any, n: Any) -> bool:
         return True
     stall[0], stall[1] = 0.0, 0.0
     return False
+
+
+@kernel(inline=True, bare=True)
+def _fetch(pose: Any, of: int, body: BodyArrays, ground: GroundArrays) -> None:
+    """Ask for the ground that a rover will be set onto."""
+    k = of if ground.wheel.shape[0] > 1 else 0
+    maps = ground.wheel[k], ground.gradient[k], ground.ground[k], ground.step[k]
+    under.fetch_ground(maps, ground.cell, body.chassis, pose)
 
 
 @kernel()
@@ -275,9 +285,27 @@ def move(
         world: Obstacles.
         placing: Only set the rovers down where they are: attitude, and who has ended already.
     """
-    n, room = body.numbers, _rooms()
+    _move_all(command, factor, after, ends, body, ground, world, (_rooms(), placing))
+
+
+@kernel(bare=True)
+def _move_all(
+    command: Any,
+    factor: Any,
+    after: Rows,
+    ends: Ends,
+    body: BodyArrays,
+    ground: GroundArrays,
+    world: WorldArrays,
+    more: Any,
+) -> None:
+    """`move` with its room."""
+    room, placing = more
+    n = body.numbers
     parts, wanted = 1 if placing else int(n[wh.PARTS]), room[5]
     for k in range(len(command)):
+        if k + 1 < len(command) and ground.wheel.size > 0:
+            _fetch(after.pose[k + 1], world.of[k + 1], body, ground)
         if after.outcome[k] != DRIVING:
             continue
         of, ended = world.of[k], DRIVING

@@ -46,7 +46,7 @@ class GroundArrays(NamedTuple):
     offsets: Any
 
 
-@kernel()
+@kernel(bare=True)
 def _touches(
     a: Any,
     b: Any,
@@ -92,7 +92,7 @@ def _touches(
     return False
 
 
-@kernel()
+@kernel(inline=True, bare=True)
 def first_touch(
     pose: Any,
     step: Any,

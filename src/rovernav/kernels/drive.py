@@ -47,7 +47,7 @@ class WorldArrays(NamedTuple):
     shapes: Any = _NO_ENDS
 
 
-@kernel()
+@kernel(bare=True)
 def goal_in_body(pose: Any, goal: Any, out: Any) -> None:
     """The goal (n, 2) seen from each rover: forward, left [m], to out (n, 2)."""
     for k in range(pose.shape[0]):
@@ -57,14 +57,14 @@ def goal_in_body(pose: Any, goal: Any, out: Any) -> None:
         out[k, 1] = c * dy - s * dx
 
 
-@kernel()
+@kernel(bare=True)
 def side_by_side(left: Any, right: Any, out: Any) -> None:
     """The first columns of two channels, to out (n, 2)."""
     for k in range(out.shape[0]):
         out[k, 0], out[k, 1] = left[k, 0], right[k, 0]
 
 
-@kernel()
+@kernel(bare=True)
 def axis_speeds(
     outputs: Any, step: float, period: float, goal: Any, sight: Any, stop_at_goal: bool, out: Any
 ) -> None:
@@ -82,7 +82,7 @@ def axis_speeds(
         out[k, 0], out[k, 1], out[k, 2] = forward / period, left / period, 0.0
 
 
-@kernel()
+@kernel(bare=True)
 def two_axis(pose: Any, twist: Any, period: float, out: Any) -> None:
     """Move each rover by its forward and left speed for one period; headings stay."""
     for k in range(pose.shape[0]):
@@ -93,7 +93,7 @@ def two_axis(pose: Any, twist: Any, period: float, out: Any) -> None:
         out[k, 2] = pose[k, 2]
 
 
-@kernel()
+@kernel(bare=True)
 def differential(
     pose: Any, twist: Any, speed: float, turn_rate: float, period: float, out: Any, driven: Any
 ) -> None:
@@ -123,7 +123,7 @@ def differential(
         driven[k, 0], driven[k, 1], driven[k, 2] = v, 0.0, w
 
 
-@kernel()
+@kernel(bare=True)
 def first_contact(k: int, ax: float, ay: float, bx: float, by: float, world: WorldArrays) -> float:
     """Smallest t at which rover k's segment from a to b meets its world, or MISS."""
     of = world.of[k]
@@ -167,7 +167,7 @@ class StepArrays(NamedTuple):
     outcome: Any
 
 
-@kernel()
+@kernel(bare=True)
 def meet(step: StepArrays, world: WorldArrays, radius: float, limit: float, ends: Any) -> None:
     """End the step of each rover that still drives where it meets something; the others stay.
 
@@ -214,7 +214,7 @@ def meet(step: StepArrays, world: WorldArrays, radius: float, limit: float, ends
             step.twist[k, 0], step.twist[k, 1], step.twist[k, 2] = 0.0, 0.0, 0.0
 
 
-@kernel()
+@kernel(bare=True)
 def clear_sight(pose: Any, goal: Any, world: WorldArrays, out: Any) -> None:
     """1 where the straight segment from rover to goal meets nothing, else 0, to out (n, 1)."""
     for k in range(pose.shape[0]):
@@ -222,7 +222,7 @@ def clear_sight(pose: Any, goal: Any, world: WorldArrays, out: Any) -> None:
         out[k, 0] = 1.0 if t == MISS else 0.0
 
 
-@kernel()
+@kernel(bare=True)
 def off_line(pose: Any, start: Any, goal: Any, threshold: float, out: Any) -> None:
     """1 where a rover is more than `threshold` [m] off the line start-goal, else 0 (n, 1)."""
     for k in range(pose.shape[0]):

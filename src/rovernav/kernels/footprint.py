@@ -45,7 +45,7 @@ def _corner(at: tuple[float, float, float], x: float, y: float, row: int, out: A
     out[row, 0], out[row, 1] = at[0] + (c * x - s * y), at[1] + (s * x + c * y)
 
 
-@kernel()
+@kernel(bare=True)
 def hull_of(
     a: tuple[float, float, float], b: tuple[float, float, float], rectangle: Any, hull: Any
 ) -> int:
@@ -75,7 +75,7 @@ def hull_of(
     return lower + _chain(hull, lower, -1)
 
 
-@kernel()
+@kernel(bare=True)
 def _chain(hull: Any, first: int, way: int) -> int:
     """Write half of the hull of the sorted scratch from row `first` on, its last corner not."""
     size = first
@@ -97,7 +97,7 @@ def _chain(hull: Any, first: int, way: int) -> int:
     return size - 1 - first
 
 
-@kernel()
+@kernel(bare=True)
 def holds(hull: Any, m: int, x: float, y: float) -> bool:
     """Whether the closed hull holds the point."""
     for k in range(m):
@@ -107,7 +107,7 @@ def holds(hull: Any, m: int, x: float, y: float) -> bool:
     return True
 
 
-@kernel()
+@kernel(bare=True)
 def meets_box(hull: Any, m: int, x0: float, y0: float, x1: float, y1: float) -> bool:
     """Whether the hull touches the closed box."""
     box = (x0, y0, x1, y1)
@@ -118,7 +118,7 @@ def meets_box(hull: Any, m: int, x0: float, y0: float, x1: float, y1: float) -> 
     return holds(hull, m, x0, y0)
 
 
-@kernel()
+@kernel(bare=True)
 def meets_shape(hull: Any, m: int, corners: Any, r: float) -> bool:
     """Whether the hull touches the polygon grown by r."""
     for k in range(m):
@@ -128,7 +128,7 @@ def meets_shape(hull: Any, m: int, corners: Any, r: float) -> bool:
     return holds(hull, m, corners[0, 0], corners[0, 1])
 
 
-@kernel()
+@kernel(bare=True)
 def meets_disc(hull: Any, m: int, x: float, y: float, r: float) -> bool:
     """Whether the hull touches the disc."""
     if holds(hull, m, x, y):
@@ -145,7 +145,7 @@ def meets_disc(hull: Any, m: int, x: float, y: float, r: float) -> bool:
     return False
 
 
-@kernel()
+@kernel(bare=True)
 def meets_cells(hull: Any, m: int, edges: Any, blocked: Any, c: float, e: float) -> bool:
     """Whether the hull, grown by e, touches a blocked cell; `edges` is its bounding box, grown."""
     h, w = blocked.shape
@@ -160,7 +160,7 @@ def meets_cells(hull: Any, m: int, edges: Any, blocked: Any, c: float, e: float)
     return False
 
 
-@kernel()
+@kernel(bare=True)
 def meets_world(hull: Any, m: int, of: int, world: WorldArrays, grid: bool, e: float) -> bool:
     """Whether the hull, grown by e, touches an obstacle of world `of`; boxes grow as boxes do."""
     x0, y0, x1, y1 = np.inf, np.inf, -np.inf, -np.inf

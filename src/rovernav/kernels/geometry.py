@@ -30,7 +30,7 @@ def side_of(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> f
     return p - q if abs(p - q) > _SURE * (abs(p) + abs(q)) + _TINY else 0.0
 
 
-@kernel()
+@kernel(bare=True)
 def first_box(ax: float, ay: float, bx: float, by: float, box: Any) -> float:
     """Smallest t at which the segment lies in the closed box, or MISS; MISS if not finite."""
     x0, y0, x1, y1 = box[0], box[1], box[2], box[3]
@@ -48,7 +48,7 @@ def first_box(ax: float, ay: float, bx: float, by: float, box: Any) -> float:
     return min(1.0, max(0.0, tx, ty))
 
 
-@kernel()
+@kernel(bare=True)
 def first_boxes(
     ax: float, ay: float, bx: float, by: float, boxes: Any, first: int, last: int
 ) -> float:
@@ -59,7 +59,7 @@ def first_boxes(
     return best
 
 
-@kernel()
+@kernel(bare=True)
 def first_cell(ax: float, ay: float, bx: float, by: float, blocked: Any) -> float:
     """Smallest t at which the segment touches a blocked cell of a grid of unit cells, or MISS.
 
@@ -100,7 +100,7 @@ def _touched(low: float, high: float, count: int) -> tuple[int, int]:
     return int(first), int(min(max(np.floor(high), -1.0), count - 1.0))
 
 
-@kernel()
+@kernel(bare=True)
 def segment_point(ax: float, ay: float, bx: float, by: float, x: float, y: float) -> float:
     """Distance from the point (x, y) to the segment."""
     dx, dy = bx - ax, by - ay
@@ -111,7 +111,7 @@ def segment_point(ax: float, ay: float, bx: float, by: float, x: float, y: float
     return np.hypot(ax + t * dx - x, ay + t * dy - y)
 
 
-@kernel()
+@kernel(bare=True)
 def segment_box(ax: float, ay: float, bx: float, by: float, box: Any) -> float:
     """Distance from the segment to the closed box; 0 where they meet."""
     if first_box(ax, ay, bx, by, box) <= 1.0:
@@ -128,7 +128,7 @@ def _point_box(x: float, y: float, box: Any) -> float:
     return np.hypot(max(box[0] - x, x - box[2], 0.0), max(box[1] - y, y - box[3], 0.0))
 
 
-@kernel()
+@kernel(bare=True)
 def closest_cell(segments: Any, blocked: Any, reach: Any, least: Any) -> float:
     """Distance from the nearest of many segments to the blocked unit cell nearest to it.
 

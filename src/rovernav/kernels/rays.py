@@ -151,6 +151,16 @@ def range_fan(
         np.empty(room, np.bool_),
     )
     fan.state[lanes.LAST] = -1  # lanes without a beam never start
+    _fans(pose, ways, (reach, far, quick, bits), world, cones.free, fan, out)
+
+
+@kernel(bare=True)
+def _fans(
+    pose: Any, ways: Any, size: Any, world: WorldArrays, free: Any, fan: _Fan, out: Any
+) -> None:
+    """`range_fan` with its room."""
+    reach, far, quick, bits = size
+    count, c = ways.shape[1], world.cell
     for k in range(pose.shape[0]):
         x, y = pose[k, 0], pose[k, 1]
         heading = pose[k, 2] if abs(pose[k, 2]) < np.inf else np.nan
@@ -160,8 +170,8 @@ def range_fan(
             fan.ends[1, b] = y + reach * (sine * ways[0, b] + cosine * ways[1, b])
         sure = abs(x) + abs(y) + abs(cosine) < _LARGEST * c
         if quick and sure:
-            layer = world.of[k] if cones.free.shape[0] > 1 else 0
-            _through_grid(x / c, y / c, c, fan, bits, layer, (count, far), (world, cones))
+            layer = world.of[k] if free.shape[0] > 1 else 0
+            _through_grid(x / c, y / c, c, fan, bits, layer, (count, far), (world, free))
             others = world.boxes.shape[0] + world.shapes.size > 0
             for b in range(count):
                 t = fan.t[b]
@@ -174,7 +184,7 @@ def range_fan(
                 out[k, b] = reach * min(t, 1.0)
 
 
-@kernel()
+@kernel(bare=True)
 def _elsewhere(k: int, ax: float, ay: float, bx: float, by: float, world: WorldArrays) -> float:
     """Smallest t at which rover k's segment meets a box or a shape, or MISS."""
     of = world.of[k]
@@ -185,25 +195,25 @@ def _elsewhere(k: int, ax: float, ay: float, bx: float, by: float, world: WorldA
     return t
 
 
-@kernel()
+@kernel(inline=True, bare=True)
 def _through_grid(
     x: float, y: float, c: float, fan: _Fan, bits: int, layer: int, size: Any, where: Any
 ) -> None:
     """Where the beams from (x, y) [cells] first touch a blocked cell, to fan.t."""
     count, far = size
-    world, cones = where
+    world, free = where
     blocked = world.blocked[layer]
     _set_out(x, y, c, fan, bits, blocked.shape, (count, far))
-    flat, base = cones.free.ravel(), layer * cones.free.shape[1]
+    base = layer * free.shape[1]
     for first in range(0, fan.t.size, LANES):
-        march(flat, base, fan.state, first, bits)
+        march(free, base, fan.state, first, bits)
     _judge(x, y, c, fan, count)
     for b in range(count):
         if fan.plain[b]:
             fan.t[b] = first_cell(x, y, fan.ends[0, b] / c, fan.ends[1, b] / c, blocked)
 
 
-@kernel()
+@kernel(bare=True)
 def _set_out(x: float, y: float, c: float, fan: _Fan, bits: int, shape: Any, size: Any) -> None:
     """The state in which each beam sets out; those near a diagonal are left to the plain walk."""
     h, w = shape
@@ -245,7 +255,7 @@ def _set_out(x: float, y: float, c: float, fan: _Fan, bits: int, shape: Any, siz
         state[lanes.LAST, b] = -1 if plain else int(max(last, -1.0))
 
 
-@kernel()
+@kernel(bare=True)
 def _judge(x: float, y: float, c: float, fan: _Fan, count: int) -> None:
     """Where each beam touches the cell it was marched to; what hangs on a margin is marked plain.
 

@@ -18,7 +18,7 @@ from ._jit import kernel
 from .geometry import MISS, segment_point, side_of
 
 
-@kernel()
+@kernel(bare=True)
 def first_shapes(
     ax: float, ay: float, bx: float, by: float, corners: Any, ends: Any, radius: Any, which: Any
 ) -> float:
@@ -41,7 +41,7 @@ def first_shapes(
     return best
 
 
-@kernel()
+@kernel(bare=True)
 def first_shape(ax: float, ay: float, bx: float, by: float, corners: Any, r: float) -> float:
     """Smallest t at which the segment is within r of the closed polygon, or MISS."""
     m = corners.shape[0]
@@ -66,7 +66,7 @@ def first_shape(ax: float, ay: float, bx: float, by: float, corners: Any, r: flo
     return best
 
 
-@kernel()
+@kernel(bare=True)
 def inside(x: float, y: float, corners: Any) -> bool:
     """Whether (x, y) lies inside the polygon by the even-odd rule; its edge is not decided here."""
     within = False
@@ -81,7 +81,7 @@ def inside(x: float, y: float, corners: Any) -> bool:
     return within
 
 
-@kernel()
+@kernel(bare=True)
 def _crossing(ax: float, ay: float, bx: float, by: float, corners: Any, k: int) -> float:
     """Smallest t at which the segment touches side k of the polygon, or MISS."""
     m = corners.shape[0]
@@ -107,7 +107,7 @@ def _crossing(ax: float, ay: float, bx: float, by: float, corners: Any, k: int) 
     return min(1.0, max(0.0, min(to_p, to_q)))
 
 
-@kernel()
+@kernel(bare=True)
 def _first_round(
     ax: float, ay: float, bx: float, by: float, corners: Any, k: int, r: float
 ) -> float:
@@ -135,7 +135,7 @@ def _first_round(
     return best
 
 
-@kernel()
+@kernel(bare=True)
 def _first_disc(ax: float, ay: float, bx: float, by: float, x: float, y: float, r: float) -> float:
     """Smallest t at which the segment is within r of (x, y), or MISS; a itself is not."""
     if segment_point(ax, ay, bx, by, x, y) > r:
@@ -150,7 +150,7 @@ def _first_disc(ax: float, ay: float, bx: float, by: float, x: float, y: float, 
     return min(1.0, max(0.0, (along - half) / length))
 
 
-@kernel()
+@kernel(bare=True)
 def segment_shape(ax: float, ay: float, bx: float, by: float, corners: Any, r: float) -> float:
     """Distance from the segment to the rounded polygon; 0 where they meet."""
     if first_shape(ax, ay, bx, by, corners, r) <= 1.0:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..core import F32, F64, U8, Frame, InputError, ShapeError, value
 from ..kernels import settle as k
+from ..kernels.standing import settle as settle_all
 from ..kernels.surface import wheel_centres
 from ..terrain import Terrain, ledge_height, planes_over
 from ._model import Rover
@@ -134,7 +135,7 @@ def settle(ground: Surface, poses: Any) -> Settled:
     rows = checked_poses(poses)
     out = np.empty((len(rows), k.SETTLED))
     g, cell = ground, ground.frame.cell
-    k.settle(g.wheel, g.gradient, g.ground, g.step, cell, g.chassis, rows, out)
+    settle_all(g.wheel, g.gradient, g.ground, g.step, cell, g.chassis, rows, out)
     out[:, k.Z] += ground.offset
     columns = {name: np.ascontiguousarray(out[:, i]) for i, name in enumerate(_COLUMNS)}
     return Settled(**columns, code=out[:, k.CODE].astype(np.uint8))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, final
@@ -138,6 +138,21 @@ class TraceBuilder:
             for name, reading in observation.channels.items():
                 self._channels.setdefault(name, []).append(reading)
 
+    def join(self, others: Sequence[TraceBuilder]) -> None:
+        """Add what was kept of the other parts of a batch, as if all had been kept together.
+
+        A part whose rovers have ended stays as it is while others drive; commands and readings must
+        be there for as many steps as the longest has.
+        """
+        parts = [self, *others]
+        for name in self._states:
+            self._states[name] = _side_by_side([part._states[name] for part in parts])
+        for name in self._channels:
+            self._channels[name] = _side_by_side([part._channels[name] for part in parts])
+        self._commands = _side_by_side([part._commands for part in parts])
+        steps = [part._steps for part in parts if part._steps is not None]
+        self._steps = np.concatenate(steps)
+
     def finish(
         self, mission: Mission, rovers: RoverState, *, seed: int, settings: dict[str, Any]
     ) -> Trace:
@@ -160,6 +175,16 @@ class TraceBuilder:
             seed=seed,
             settings=settings,
         )
+
+
+def _side_by_side(parts: Sequence[list[F64]]) -> list[F64]:
+    """The rows of all parts at each step; those of a shorter part end with copies of its last."""
+    count = max(len(rows) for rows in parts)
+    out: list[F64] = []
+    for step in range(count):
+        at = [min(step, len(rows) - 1) for rows in parts]
+        out.append(np.concatenate([rows[k] for rows, k in zip(parts, at, strict=True)]))
+    return out
 
 
 def save_trace(trace: Trace, path: Path) -> None:
