@@ -77,7 +77,7 @@ def drive(
     ] = None,
     sensing: Annotated[
         str | None,
-        Parameter(help="What it sees with: ideal (default), lidar, sonar or stereo."),
+        Parameter(help="What it sees with: ideal (default), lidar, sonar, stereo or stereo+holes."),
     ] = None,
     drift: Annotated[
         bool,
@@ -195,7 +195,7 @@ def _simulate(
     out: Path,
     update: Callable[[float, str], None],
 ) -> Trace:
-    from ..learn import find_controller, routed
+    from ..learn import find_controller, guarded, routed
     from ..scenes import Ground
     from ..sim import DriveState, simulate
 
@@ -203,7 +203,7 @@ def _simulate(
     driver = find_controller(settings["controller"])
     if settings.get("route") is not None:
         driver = routed(driver, scene, settings["route"])
-    set_up = inner.drive(driver)
+    set_up = inner.drive(guarded(driver, scene))
     claim_folder(out)
     limit = inner.mission.time_limit
 

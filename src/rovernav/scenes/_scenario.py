@@ -116,8 +116,8 @@ class Scenario(BaseModel):
             generated ground.
         soil: Soil for slip and energy of a body; the rover's own where not given.
         slip_spread: Share by which a body's slip may differ from the soil's usual one, by `seed`.
-        sensing: What the rover sees with: ``ideal``, ``lidar``, ``sonar`` or ``stereo``; see
-            `sensed`.
+        sensing: What the rover sees with: ``ideal``, ``lidar``, ``sonar``, ``stereo`` or
+            ``stereo+holes``; see `sensed`.
         drift: Whether the rover goes by odometry that drifts, instead of its true pose.
         route: GeoJSON file of a way to follow, relative to the scenario file, or ``plan`` for one
             that is planned over the terrain; none where not given.
@@ -145,7 +145,7 @@ class Scenario(BaseModel):
     body: Annotated[bool, Field(strict=True)] = False
     soil: str | None = None
     slip_spread: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False, strict=True)] = 0.0
-    sensing: Literal["ideal", "lidar", "sonar", "stereo"] = "ideal"
+    sensing: Literal["ideal", "lidar", "sonar", "stereo", "stereo+holes"] = "ideal"
     drift: Annotated[bool, Field(strict=True)] = False
     route: Annotated[str, Field(min_length=1)] | None = None
     controller: str = "bassil"
