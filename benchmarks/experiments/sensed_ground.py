@@ -3,20 +3,23 @@
     python benchmarks/experiments/sensed_ground.py pictures    # patch.png and hazard-map.png
     python benchmarks/experiments/sensed_ground.py drives [N]  # the table of docs/sensors.md
 
+The second goes on with what sensed_ground.jsonl holds: delete it to drive anew.
+
 The drives: N worlds of 60 x 60 m (hills, 30 craters, rocks over 2 %), a research rover with a body
 that settles, 57 m from corner to corner, by the neural driver and by the planner that taught it.
 """
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rovernav.core import Frame, Mission, Outcome, RoverState, build
-from rovernav.learn import find_controller, routed
+from rovernav.core import Frame, Mission, RoverState, build
+from rovernav.learn import find_controller, guarded, routed
 from rovernav.mapping import view
 from rovernav.rover import Reason, Standing, read_rover, standing
 from rovernav.scenes import Ground as Set
@@ -27,15 +30,17 @@ from rovernav.terrain import Terrain
 IMAGES = Path(__file__).resolve().parents[2] / "docs" / "images"
 ROVER = read_rover("research")
 WAYS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("an ideal fan, route planned on the truth", {"route": "plan"}),
     ("an ideal fan", {}),
     ("a lidar", {"sensing": "lidar"}),
     ("a row of sonars", {"sensing": "sonar"}),
     ("a pair of eyes", {"sensing": "stereo"}),
-    ("a pair of eyes, route planned", {"sensing": "stereo", "route": "plan"}),
+    ("eyes and infra-red for holes", {"sensing": "stereo+holes"}),
+    ("a lidar, drift", {"sensing": "lidar", "drift": True}),
     ("a pair of eyes, drift", {"sensing": "stereo", "drift": True}),
 )
-NEAR = 4.0
-"""A rover by drifting odometry has come near its goal within this distance [m]."""
+RESULTS = Path(__file__).with_name("sensed_ground.jsonl")
+"""Every drive, a line each."""
 
 
 def world(seed: int) -> tuple[dict[str, Any], Terrain, Standing]:
@@ -61,27 +66,91 @@ def set_up(settings: dict[str, Any], driver: str) -> tuple[Set, Any]:
     scene = set_scene(asked)
     assert isinstance(scene, Set)
     found = find_controller(driver)
-    return scene, found if asked.route is None else routed(found, scene, asked.route)
+    led = found if asked.route is None else routed(found, scene, asked.route)
+    return scene, guarded(led, scene)
 
 
 def drives(count: int) -> None:
-    """Print the table."""
-    ends: dict[tuple[str, str], list[Any]] = {}
+    """Drive the worlds that RESULTS does not hold yet, and print the table."""
+    done = {(row["seed"], row["way"], row["driver"]) for row in kept()}
     for seed in range(count):
         settings, _, _ = world(seed)
         for name, way in WAYS:
             for driver in ("planner", "neural"):
-                scene, who = set_up({**settings, **way}, driver)
-                trace = simulate(scene.scene.drive(who), seed=seed, record="none")
-                far = float(np.hypot(*(trace.pose[-1, 0, :2] - settings["to"])))
-                ends.setdefault((name, driver), []).append((trace.ended(), far))
-                print(seed, name, driver, trace.ended().label, f"{far:.2f} m", flush=True)
-    print("\n| sees with | driver | reached | within 4 m | ended badly |\n|---|---|---|---|---|")
-    for (name, driver), found in ends.items():
-        reached = sum(how is Outcome.REACHED for how, _ in found)
-        near = sum(far <= NEAR for _, far in found)
-        bad = sum(how not in (Outcome.REACHED, Outcome.TIMED_OUT) for how, _ in found)
-        print(f"| {name} | {driver} | {reached} of {count} | {near} | {bad} |")
+                if (seed, name, driver) not in done:
+                    keep(one(settings, name, way, driver))
+    table()
+
+
+def one(settings: dict[str, Any], name: str, way: dict[str, Any], driver: str) -> dict[str, Any]:
+    """One drive in numbers."""
+    scene, who = set_up({**settings, **way}, driver)
+    trace = simulate(scene.scene.drive(who), seed=settings["seed"], record="path")
+    assert trace.energy is not None
+    return {
+        "seed": settings["seed"], "way": name, "driver": driver, "end": trace.ended().label,
+        "far_m": round(float(np.hypot(*(trace.path()[-1] - settings["to"]))), 3),
+        "length_m": round(float(trace.length[0]), 3),
+        "energy_kj": round(float(trace.energy[int(trace.steps[0]), 0]) / 1000.0, 4),
+    }  # fmt: skip
+
+
+def kept() -> list[dict[str, Any]]:
+    """The drives that were driven already."""
+    return (
+        [json.loads(line) for line in RESULTS.read_text().splitlines()] if RESULTS.exists() else []
+    )
+
+
+def keep(row: dict[str, Any]) -> None:
+    """Add a drive to the file."""
+    print(*row.values(), flush=True)
+    with RESULTS.open("a") as file:
+        file.write(json.dumps(row) + "\n")
+
+
+def table() -> None:
+    """Print what the file holds with 95 % intervals: Wilson's for shares, a bootstrap for means."""
+    print("\n| sees with | driver | reached | astray | ended badly | late | end to goal | energy |")
+    print("|---|---|---|---|---|---|---|---|")
+    rows = kept()
+    for name, _ in WAYS:
+        for driver in ("planner", "neural"):
+            some = [row for row in rows if (row["way"], row["driver"]) == (name, driver)]
+            if some:
+                print(f"| {name} | {driver} | {' | '.join(figures(some))} |")
+
+
+def figures(some: list[dict[str, Any]]) -> list[str]:
+    """The columns of a row: which ends, how far off, and the energy of those that arrived."""
+    ends = [row["end"] for row in some]
+    n, calm = len(ends), ("reached", "astray", "timed_out")
+    reached, bad = ends.count("reached"), sum(end not in calm for end in ends)
+    low, high = wilson(reached, n)
+    far = interval([row["far_m"] for row in some if row["end"] != "reached"])
+    spent = interval([row["energy_kj"] for row in some if row["end"] == "reached"])
+    return [
+        f"{reached} of {n} ({low:.0%} to {high:.0%})", str(ends.count("astray")),
+        f"{bad} ({' to '.join(f'{share:.0%}' for share in wilson(bad, n))})",
+        str(ends.count("timed_out")), f"{far} m" if far else "", f"{spent} kJ" if spent else "",
+    ]  # fmt: skip
+
+
+def wilson(count: int, n: int) -> tuple[float, float]:
+    """The 95 % interval of a share, by Wilson."""
+    z2, p = 1.96**2, count / n
+    middle, half = p + z2 / (2 * n), 1.96 * np.sqrt(p * (1 - p) / n + z2 / (4 * n * n))
+    return float((middle - half) / (1 + z2 / n)), float((middle + half) / (1 + z2 / n))
+
+
+def interval(numbers: list[float]) -> str:
+    """The mean and its 95 % interval from 4,000 draws with replacement; none of fewer than two."""
+    if len(numbers) < 2:
+        return ""
+    rng, all_ = np.random.default_rng(1), np.array(numbers)
+    means = all_[rng.integers(len(all_), size=(4000, len(all_)))].mean(axis=1)
+    low, high = np.quantile(means, (0.025, 0.975))
+    return f"{all_.mean():.1f} [{low:.1f}, {high:.1f}]"
 
 
 def pictures(wanted: list[str]) -> None:
@@ -188,4 +257,4 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["pictures"]:
         pictures(sys.argv[2:])
     else:
-        drives(int(sys.argv[2]) if len(sys.argv) > 2 else 8)
+        drives(int(sys.argv[2]) if len(sys.argv) > 2 else 24)

@@ -120,7 +120,8 @@ PARTS: list[Wrong] = [
     (
         "an array without its cell",
         NPY,
-        "ground.npy does not say how large its cells are; give --cell METRES",
+        "ground.npy does not say how large its cells are; give --cell METRES, or cell: METRES in a "
+        "scenario",
         of(bad.array, [[0.0] * 9] * 9),
     ),
     (

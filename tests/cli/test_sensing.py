@@ -50,6 +50,23 @@ def test_a_drive_by_drifting_odometry_is_told_apart_and_repeated(ground: str) ->
     assert not np.array_equal(trace.channels["estimate"], other.channels["estimate"])
 
 
+def test_a_rover_led_astray_says_so_and_by_how_much(ground: str) -> None:
+    words = ("drive", "--terrain", ground, *ACROSS, *NEURAL, "--drift", "--out", "a")
+    told = tell(*words)
+    trace = load_trace(Path(told["files"][3]))
+    believed = trace.believed()
+    assert told["outcome"] == "astray"
+    assert believed is not None
+    assert told["believed_end"] == pytest.approx(believed[-1].tolist())
+    assert told["believed_to_goal_m"] <= trace.mission.goal_radius < told["to_goal_m"]
+    assert told["believed_off_m"] == pytest.approx(np.hypot(*(believed[-1] - trace.path()[-1])))
+    said = run(*words).out
+    assert f"its odometry was {told['believed_off_m']:.2f} m off" in said
+    assert "believed itself at the goal and stopped" in said
+    ideal = tell(*words[: words.index("--drift")])
+    assert ideal["believed_off_m"] is None
+
+
 def test_a_route_from_rovernav_route_is_driven(ground: str) -> None:
     """A wall stands in the straight line: alone the driver stops before it, routed it arrives."""
     way = ("--from", "6,-1.25", "--to", "20,-1.25")

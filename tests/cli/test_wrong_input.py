@@ -293,7 +293,7 @@ CASES = [
          "--cell goes only with a terrain that does not say it; net.safetensors is a network",
          bad.network),
     Case(OPTION, "an outcome that is none", "drive bassil-v1 --require reachd",
-         "--require 'reachd' is no outcome; did you mean 'reached'? Allowed: collided, "
+         "--require 'reachd' is no outcome; did you mean 'reached'? Allowed: astray, collided, "
          "high_centred, left_map, reached, stuck, timed_out, tipped."),
     Case(OPTION, "a scenario that is not the paper's", "paper --scenario hills-v1",
          "unknown scenario 'hills-v1'; Allowed: bassil-replay-v1, bassil-v1."),

@@ -114,7 +114,7 @@ def test_a_mission_begins_at_rest_facing_its_goal() -> None:
 
 
 def test_outcomes_are_read_by_name() -> None:
-    assert [o.label for o in Outcome][-1] == "timed_out"
+    assert [o.label for o in Outcome][-1] == "astray"
     assert np.array([Outcome.REACHED], np.int8).tolist() == [1]
 
 

@@ -106,3 +106,38 @@ def ledge_at(known: dict[Cell, tuple[float, ...]], at: Cell, p: Any) -> float:
             if rise > p.slope * p.cell * far:
                 most = max(most, rise)
     return most
+
+
+def dropped(
+    known: dict[Cell, tuple[float, ...]], stand: Any, lean: Any, readings: Any, d: Any, f: Any
+) -> None:
+    """Take what sensors that look down read into what is known."""
+    for mount, angle, r in zip(d.mounts, d.angle, readings, strict=True):
+        way = _leaning(stand[2], lean) @ [math.cos(angle), 0.0, -math.sin(angle)]
+        eye = _leaning(stand[2], lean) @ mount + [stand[0], stand[1], stand[3]]
+        end, doubt = eye + r * way, float(np.interp(r, *d.doubt.T))
+        v = f.least + (doubt * way[2]) ** 2 + (r * d.tilt) ** 2
+        found = (end[2], v, end[2] - f.sure * math.sqrt(v))
+        across, half = math.hypot(*way[:2]), 0.5 * f.cell
+        under = [
+            tuple(math.floor(at / f.cell) for at in (end - m * half / across * way)[[1, 0]])
+            for m in range(int(r * across / half) + 1)
+        ]
+        same = under[0] in known and abs(known[under[0]][0] - end[2]) <= 3.0 * math.sqrt(v)
+        back = next((m for m, at in enumerate(under) if at in known and at != under[0]), 0)
+        if back and not same:
+            drop = known[under[back]][0] - end[2]
+            if drop > max(d.step, d.slope * half * back) + f.sure * math.sqrt(v):
+                for at in under[:back]:
+                    known.setdefault(at, found)
+        if r < d.reach:
+            known.setdefault(under[0], found)
+
+
+def _leaning(heading: float, lean: Any) -> np.ndarray:
+    """From the body's frame to the world's: rolled, then pitched nose up, then turned."""
+    (p, r), a = lean, heading
+    roll = [[1, 0, 0], [0, math.cos(r), -math.sin(r)], [0, math.sin(r), math.cos(r)]]
+    pitch = [[math.cos(p), 0, -math.sin(p)], [0, 1, 0], [math.sin(p), 0, math.cos(p)]]
+    turn = [[math.cos(a), -math.sin(a), 0], [math.sin(a), math.cos(a), 0], [0, 0, 1]]
+    return np.array(turn) @ np.array(pitch) @ np.array(roll)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import dataclasses
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from rovernav.scenes import (
     scenario_text,
     set_scene,
 )
-from rovernav.sim import clearance, simulate
+from rovernav.sim import Body, clearance, simulate
 from tests.cli.runner import write_ground
 
 number = st.floats(-9e4, 9e4)
@@ -71,6 +72,32 @@ def test_files_lie_beside_the_scenario(tmp_path: Path) -> None:
     assert whole.terrain == tmp_path / "a/b.tif"
     assert whole.rover == str(tmp_path / "mine.yaml")
     assert whole.controller == str(tmp_path / "net.safetensors")
+
+
+def test_a_scenario_with_a_body_is_whole_wherever_it_is_driven_from(tmp_path: Path) -> None:
+    """Ground, soil, body and sensors in one file, and the files that it names beside it."""
+    folder = tmp_path / "yard"
+    folder.mkdir()
+    np.save(folder / "ground.npy", np.zeros((90, 90), np.float32))
+    soil = resources.files("rovernav.rover") / "soils" / "crust.yaml"
+    (folder / "mine.yaml").write_text(soil.read_text(encoding="utf-8"))
+    keys = {
+        "terrain": "ground.npy", "cell": 0.1, "frame": "local", "rover": "research", "body": True,
+        "soil": "mine.yaml", "slip_spread": 0.2, "sensing": "stereo+holes", "drift": True,
+        "controller": "goal-seeker",
+    }  # fmt: skip
+    whole = read_scenario(write(folder / "d.yaml", **{"from": [2, 2], "to": [7, 7]}, **keys))
+    assert whole.soil == str(folder / "mine.yaml")
+    scene = set_scene(whole)
+    assert isinstance(scene, Ground)
+    assert isinstance(scene.scene.motion, Body)
+    assert [each.name for each in scene.scene.sensors] == ["patch", "down", "tilt", "estimate"]
+    missing = write(folder / "e.yaml", **{"from": [2, 2], "to": [7, 7]}, **keys | {"cell": None})
+    with pytest.raises(RovernavError, match="or cell: METRES in a scenario"):
+        set_scene(read_scenario(missing))
+    walker = scenario([2, 2], [7, 7], generate=HILLS, frame="local", body=True)
+    with pytest.raises(SettingError, match=r"paper-point has no wheels .* such as research"):
+        set_scene(walker)
 
 
 def test_names_are_names_and_absolute_paths_stay(tmp_path: Path) -> None:
@@ -228,7 +255,9 @@ HILLS = {"name": "hills", "side_m": 20.0, "cell_m": 0.2, "relief_m": 0.3, "crate
 
 
 def test_a_body_goes_with_ground_and_its_keys_with_a_body() -> None:
-    message = "a body goes with a terrain or generated ground, and there is none"
+    message = (
+        "a body goes with a terrain or generated ground, and there is none; write terrain: FILE"
+    )
     with pytest.raises(ValidationError, match=message):
         scenario([0, 0], [5, 5], body=True)
     for key, item in (("soil", "crust"), ("slip_spread", 0.2)):

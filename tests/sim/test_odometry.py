@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from rovernav.core import Frame, Mission, RoverState, SettingError
+from rovernav.core import Frame, Mission, Outcome, RoverState, SettingError
 from rovernav.kernels import noise as keys
 from rovernav.kernels import odometry as kernels
 from rovernav.sim import (
@@ -20,11 +20,12 @@ from rovernav.sim import (
     Worlds,
     begin,
     check_sensor,
+    replay,
     simulate,
     tick,
 )
 from tests.naive import odometry as naive
-from tests.sim.drives import Always, drive
+from tests.sim.drives import Always, drive, mission
 from tests.sim.test_sensors import place
 
 MUCH = Drift(scale=0.05, walk=0.03, turn=0.02, curl=0.004, rise=0.02, sun=0.0)
@@ -177,3 +178,42 @@ def test_absurd_drift_is_refused(name: str) -> None:
     settings: dict[str, Any] = {name: -0.1}
     with pytest.raises(SettingError, match=f"drift: {name} must be 0 or more, got -0.1"):
         Drift(**settings)
+
+
+def test_a_rover_that_believes_itself_at_the_goal_stops_and_is_astray() -> None:
+    """Who counts too much way stops too early; who counts too little is there before it knows."""
+    drift, n = Drift(scale=0.2, walk=0.0, turn=0.0), 12
+    starts = [(0.0, 0.0, 0.0)] * n
+    told = drive(Always(0.5, 0.0, 0.0), starts=starts, sensors=(Odometry(drift),),
+                 mission=mission(starts, (10.0, 0.0), limit=60.0, radius=0.3))  # fmt: skip
+    trace, goal, radius = simulate(told, seed=2), told.mission.goal[0], told.mission.goal_radius
+    ends = []
+    for k in range(n):
+        believed, path = trace.believed(k), trace.path(k)
+        assert believed is not None
+        last = len(believed)
+        far = np.hypot(*(believed - goal).T)
+        assert (far[:-1] > radius).all()
+        ends.append(trace.ended(k))
+        if ends[-1] is Outcome.REACHED:
+            assert math.dist(path[-1], goal) <= radius
+            continue
+        assert ends[-1] is Outcome.ASTRAY
+        assert far[-1] <= radius < math.dist(path[-1], goal)
+        assert believed[-1, 0] > path[-1, 0]
+        assert_array_equal(trace.commands[last - 1, k], 0.0)
+        assert_array_equal(path[-1], path[-2])
+        assert trace.time[last, k] == trace.time[last - 1, k]
+    assert {Outcome.REACHED, Outcome.ASTRAY} == set(ends)
+    again = replay(trace, told)
+    assert_array_equal(again.pose, trace.pose)
+    assert_array_equal(again.outcome, trace.outcome)
+
+
+def test_the_truth_alone_says_reached_and_only_estimates_lead_astray() -> None:
+    perfect = drive(Always(0.5, 0.0, 0.0), sensors=(Odometry(PERFECT),), limit=60.0)
+    assert simulate(perfect).ended() is Outcome.REACHED
+    alone = drive(Always(0.5, 0.0, 0.0), limit=60.0)
+    trace = simulate(alone)
+    assert trace.ended() is Outcome.REACHED
+    assert trace.believed() is None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from ._beliefs import belief_report, say_belief
 from ._bodies import body_report, say_body
 from ._console import print_json, progress_bar, say, say_files
 from ._export import movie_of
@@ -76,7 +77,7 @@ def drive(
     ] = None,
     sensing: Annotated[
         str | None,
-        Parameter(help="What it sees with: ideal (default), lidar, sonar or stereo."),
+        Parameter(help="What it sees with: ideal (default), lidar, sonar, stereo or stereo+holes."),
     ] = None,
     drift: Annotated[
         bool,
@@ -194,7 +195,7 @@ def _simulate(
     out: Path,
     update: Callable[[float, str], None],
 ) -> Trace:
-    from ..learn import find_controller, routed
+    from ..learn import find_controller, guarded, routed
     from ..scenes import Ground
     from ..sim import DriveState, simulate
 
@@ -202,7 +203,7 @@ def _simulate(
     driver = find_controller(settings["controller"])
     if settings.get("route") is not None:
         driver = routed(driver, scene, settings["route"])
-    set_up = inner.drive(driver)
+    set_up = inner.drive(guarded(driver, scene))
     claim_folder(out)
     limit = inner.mission.time_limit
 
@@ -239,6 +240,7 @@ def _report(scene: Scene | Ground, trace: Trace) -> dict[str, Any]:
         "worst_slip": None,
         "soil": None,
         **body_report(trace),
+        **belief_report(trace),
     }
     if ground is not None:
         frame = ground.terrain.frame
@@ -291,6 +293,8 @@ def print_drive(report: dict[str, Any], title: str) -> None:
     say(f"Drove {report['length_m']:.2f} m for {straight:.2f} m in a straight line{ratio}.")
     if report["outcome"] != "reached":
         say(f"Ended {report['to_goal_m']:.2f} m from the goal.")
+    if report["believed_off_m"] is not None:
+        say_belief(report)
     if math.isfinite(report["closest_m"]):
         say(f"Closest approach to forbidden ground or obstacles: {report['closest_m']:.2f} m.")
     if report["max_slope_deg"] is not None:

@@ -47,7 +47,8 @@ controller: bassil           # bassil: the paper's network; neural: the shipped 
                              # with differential drive; goal-seeker; planner; a plug-in; or a
                              # network file
 # sensing: ideal             # what it sees with: ideal; lidar or sonar: a fan with noise; stereo:
-                             # heights, from which it makes its own map of where it can go
+                             # heights, from which it makes its own map of where it can go;
+                             # stereo+holes: infra-red that looks down besides
 # drift: true                # it goes by odometry that drifts, instead of its true pose
 # carry: [my-sensor]         # sensors of installed plug-ins that it carries besides its own
 # route: way.geojson         # follow this line, from rovernav route; or plan, for one planned here

@@ -3,6 +3,7 @@
 from ._check import check_controller
 from ._classical import GoalSeeker, SensedPlanner
 from ._codecs import BassilCodec, build_codec
+from ._guarded import Guarded
 from ._headings import HeadingCodec
 from ._neural import NeuralController
 from ._replan import shy
@@ -14,6 +15,7 @@ __all__ = [
     "Explains",
     "Followed",
     "GoalSeeker",
+    "Guarded",
     "HeadingCodec",
     "Headings",
     "NeuralController",

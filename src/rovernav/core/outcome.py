@@ -24,6 +24,8 @@ class Outcome(enum.IntEnum):
     """Beyond the edge of the world."""
     TIMED_OUT = 7
     """Neither reached nor ended otherwise within the time limit."""
+    ASTRAY = 8
+    """Stopped where it believed the goal to be, and was not there."""
 
     @property
     def label(self) -> str:

@@ -117,7 +117,7 @@ def inflate(variance: Any, top: Any, slope: Any, rise: Any, aside: Any) -> None:
 
 
 @kernel(inline=True)
-def _at(x: float, y: float, k: int, centre: Any, s: int, c: float) -> tuple[int, int]:
+def at_cell(x: float, y: float, k: int, centre: Any, s: int, c: float) -> tuple[int, int]:
     """Row and column in the arrays of the cell that holds (x, y); row -1 beyond the map."""
     row, column = int(np.floor(y / c)), int(np.floor(x / c))
     half, mask = s // 2, s - 1
@@ -163,7 +163,7 @@ def level(
         for m in range(places.shape[0]):
             z = patch[k, m]
             x, y = _place(k, m, stand, places)
-            i, j = _at(x, y, k, centre, s, f.cell)
+            i, j = at_cell(x, y, k, centre, s, f.cell)
             if z != z or i < 0 or height[k, i, j] != height[k, i, j]:
                 continue
             v = variance[k, i, j] + _variance(f, places[m, 0], places[m, 1], z)
@@ -205,7 +205,7 @@ def fuse(
         for m in range(places.shape[0]):
             up = patch[k, m]
             x, y = _place(k, m, stand, places)
-            i, j = _at(x, y, k, centre, s, f.cell)
+            i, j = at_cell(x, y, k, centre, s, f.cell)
             if up != up or i < 0:
                 continue
             v, new = _variance(f, places[m, 0], places[m, 1], up), stand[k, 3] + up

@@ -94,7 +94,7 @@ def turned(x: float, y: float, z: float, pose: Any, attitude: Any) -> tuple[floa
 
 @kernel()
 def look_down(
-    pose: Any, attitude: Any, of: Any, mounts: Any, down: float, reach: float,
+    pose: Any, attitude: Any, of: Any, mounts: Any, down: Any, reach: float,
     ground: GroundArrays, out: Any,
 ) -> None:  # fmt: skip
     """Distance from each mount to the ground, along a beam that points ahead and down.
@@ -104,7 +104,7 @@ def look_down(
         attitude: Height, pitch, roll (n, 3); the height is not used.
         of: World of each rover (n,).
         mounts: Forward, left, and above the ground under the rover's middle (b, 3) [m].
-        down: Angle of the beams below the body's own level [rad].
+        down: Angle of each beam below the body's own level (b,) [rad].
         reach: Longest distance [m].
         ground: The ground of all worlds.
         out: Distances (n, b) [m], at most `reach`.
@@ -112,8 +112,8 @@ def look_down(
     for k in range(pose.shape[0]):
         layer = of[k] if ground.heights.shape[0] > 1 else 0
         base = under(layer, pose[k, 0], pose[k, 1], ground)
-        dx, dy, dz = turned(math.cos(down), 0.0, -math.sin(down), pose[k], attitude[k])
         for b in range(mounts.shape[0]):
+            dx, dy, dz = turned(math.cos(down[b]), 0.0, -math.sin(down[b]), pose[k], attitude[k])
             x, y, z = turned(mounts[b, 0], mounts[b, 1], mounts[b, 2], pose[k], attitude[k])
             eye = (pose[k, 0] + x, pose[k, 1] + y, base + z)
             end = (eye[0] + reach * dx, eye[1] + reach * dy, eye[2] + reach * dz)

@@ -40,7 +40,7 @@ from ._patterns import (
 )
 from ._progress import Listener, Progress, StopReason
 from ._recipe import Recipe, read_recipe, recipes
-from ._routes import PLANNED, routed
+from ._routes import PLANNED, guarded, routed
 from ._sweep import SweepListener, SweepProgress, SweepResult, sweep
 from ._sweep_block import train_members
 from ._sweep_scores import MemberScore, SettingScore
@@ -88,6 +88,7 @@ __all__ = [
     "describe",
     "find_controller",
     "fresh_network",
+    "guarded",
     "literal_pass",
     "load_training",
     "mirrored",

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..control import RouteFollower, shy
+from ..control import Guarded, RouteFollower, shy
 from ..core import F64, Controller, Frame, SettingError
+from ..mapping import ElevationMapper
 from ..plan import CostMap, any_angle, read_route
 from ..scenes import Ground, Scene
 
@@ -47,6 +48,18 @@ def routed(controller: Controller, scene: Scene | Ground, route: str | Path) -> 
         return RouteFollower(controller, _planned(costs, inner), ground=costs)
     frame = LOCAL if costs is None else costs.frame
     return RouteFollower(controller, read_route(route, frame), ground=costs)
+
+
+def guarded(controller: Controller, scene: Scene | Ground) -> Controller:
+    """The controller, held back from what the rover's own map of heights forbids, if it makes one.
+
+    See `control.Guarded`. Rovers with other maps get the controller as it is.
+    """
+    inner = scene.scene if isinstance(scene, Ground) else scene
+    mapper, motion = inner.mapper, inner.motion
+    if not isinstance(mapper, ElevationMapper):
+        return controller
+    return Guarded(controller, period=motion.period, radius=mapper.keep)
 
 
 def _planned(costs: CostMap | None, scene: Scene) -> F64:

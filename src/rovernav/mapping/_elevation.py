@@ -10,8 +10,8 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from ..core import F32, F64, U8, Frame, Mission, SettingError, value
+from ..kernels import drops, fan
 from ..kernels import elevation as kernels
-from ..kernels import fan
 from ..rover import Rover
 from ._local import LocalMap
 
@@ -97,6 +97,8 @@ class ElevationMapper:
         rover: Whose limits judge the ground.
         look: The eyes: a `sim.Patch`, or a `Look`.
         fan: A range fan with `angles` and `reach`, or None.
+        holes: Sensors that look down ahead of the wheels, a `sim.HoleSensor`, or None. They tell of
+            ground that the eyes do not see.
         side: Cells along the map's side, a power of two.
         cell: Side of a cell [m]; such that the map reaches twice as far as the eyes where not
             given.
@@ -114,6 +116,7 @@ class ElevationMapper:
         look: Any,
         *,
         fan: Any = None,
+        holes: Any = None,
         side: int = 128,
         cell: float | None = None,
         rays: int = 64,
@@ -133,9 +136,15 @@ class ElevationMapper:
         self.look = Look(look.places, float(look.far), float(look.mast), float(look.noise))
         self.fan = fan
         self.extent = self.cell * (side // 2 - 1)
+        self.keep = rover.radius + (self.cell if margin is None else margin)
         self._fusion = kernels.Fusion(
             self.cell, self.look.mast, self.look.noise, LEAST**2, float(sure)
         )
+        self._down = None if holes is None else drops.Down(
+            mounts=holes.mounts, angle=holes.angles, reach=float(holes.reach),
+            doubt=holes.doubt, tilt=TILT, step=prudence * rover.max_step,
+            slope=math.tan(rover.max_slope),
+        )  # fmt: skip
         half = max(1, round(0.5 * rover.footing / self.cell))
         self._limits = kernels.Limits(
             cell=self.cell,
@@ -143,7 +152,7 @@ class ElevationMapper:
             wheel=max(1, round(2.0 * rover.wheel_radius / self.cell)),
             slope=math.tan(rover.max_slope),
             step=prudence * rover.max_step,
-            radius=(rover.radius + (self.cell if margin is None else margin)) / self.cell,
+            radius=self.keep / self.cell,
             sure=float(sure),
             around=min(side // 2, math.ceil(self.look.far / self.cell) + half + 1),
         )
@@ -173,7 +182,9 @@ class ElevationMapper:
             pose: Where the rovers think they are (n, 3).
             goal: Goals (n, 2) [m].
             channels: Must hold ``patch``; ``estimate``, if it is there, says how sure the pose is
-                and how high the rover is: otherwise the patch is laid where it fits best.
+                and how high the rover is: otherwise the patch is laid where it fits best. With
+                `holes`, ``down``, and ``tilt`` if the rover knows how it leans: otherwise it takes
+                itself for level.
 
         Returns:
             ``around``, ``reach`` as `LocalMapper`; ``beams`` (n, 49) for a rover without a fan:
@@ -214,6 +225,12 @@ class ElevationMapper:
             kernels.inflate(variance, top, new["slope"], grown[1], grown[0])
             unsure = now
         kernels.fuse(height, variance, top, centre, stand, places, patch, f)
+        if self._down is not None:
+            lean = channels.get("tilt")
+            lean = np.zeros((len(pose), 2)) if lean is None else np.ascontiguousarray(lean)
+            drops.take_drops(
+                (height, variance, top), centre, stand, lean, channels["down"], self._down, f
+            )
         return unsure
 
     def _judge(
@@ -248,6 +265,8 @@ LAYERS = ("height", "variance", "top", "slope", "step", "reason", "marks")
 """The layers of a map, by name."""
 LEAST = 0.01
 """Standard deviation of the best height: ground is not level within a cell [m]."""
+TILT = 0.01
+"""Standard deviation of the tilt that a rover takes itself to have [rad]."""
 BEAMS = 49
 """Beams of the fan that looks at the map."""
 

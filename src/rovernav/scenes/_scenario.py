@@ -114,10 +114,11 @@ class Scenario(BaseModel):
         body: Whether the rover is driven as a body that settles on the ground, slips and spends
             energy, or as a point that keeps its radius from bad ground; goes with a terrain or
             generated ground.
-        soil: Soil for slip and energy of a body; the rover's own where not given.
+        soil: Soil for slip and energy of a body, a name or a soil file relative to the scenario
+            file; the rover's own where not given.
         slip_spread: Share by which a body's slip may differ from the soil's usual one, by `seed`.
-        sensing: What the rover sees with: ``ideal``, ``lidar``, ``sonar`` or ``stereo``; see
-            `sensed`.
+        sensing: What the rover sees with: ``ideal``, ``lidar``, ``sonar``, ``stereo`` or
+            ``stereo+holes``; see `sensed`.
         drift: Whether the rover goes by odometry that drifts, instead of its true pose.
         route: GeoJSON file of a way to follow, relative to the scenario file, or ``plan`` for one
             that is planned over the terrain; none where not given.
@@ -145,7 +146,7 @@ class Scenario(BaseModel):
     body: Annotated[bool, Field(strict=True)] = False
     soil: str | None = None
     slip_spread: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False, strict=True)] = 0.0
-    sensing: Literal["ideal", "lidar", "sonar", "stereo"] = "ideal"
+    sensing: Literal["ideal", "lidar", "sonar", "stereo", "stereo+holes"] = "ideal"
     drift: Annotated[bool, Field(strict=True)] = False
     route: Annotated[str, Field(min_length=1)] | None = None
     controller: str = "bassil"
@@ -175,7 +176,10 @@ class Scenario(BaseModel):
     @classmethod
     def _body_on_ground(cls, item: Any, info: ValidationInfo) -> Any:
         if item and (info.data.get("terrain", ...), info.data.get("generate", ...)) == (None, None):
-            raise ValueError("a body goes with a terrain or generated ground, and there is none")
+            raise ValueError(
+                "a body goes with a terrain or generated ground, and there is none; write "
+                "terrain: FILE, or generate: {name: hills}"
+            )
         return item
 
     @field_validator("soil", "slip_spread")
@@ -226,6 +230,8 @@ def read_scenario(path: Path) -> Scenario:
         beside["terrain"] = path.parent / scenario.terrain
     if scenario.rover and scenario.rover.endswith(SUFFIXES):
         beside["rover"] = str(path.parent / scenario.rover)
+    if scenario.soil and scenario.soil.endswith(SUFFIXES):
+        beside["soil"] = str(path.parent / scenario.soil)
     if scenario.route is not None and scenario.route != "plan":
         beside["route"] = str(path.parent / scenario.route)
     if scenario.controller.endswith(".safetensors"):
@@ -304,6 +310,11 @@ def on_terrain(
         rover: Who drives.
         where: Where the rover can stand, if it is known already: then the rocks lie there too.
     """
+    if scenario.body and not rover.wheel_radius:
+        raise SettingError(
+            f"rover {rover.name} has no wheels to set onto the ground; a body needs a rover that "
+            "has, such as research, and a controller for it, such as neural"
+        )
     if scenario.rocks is not None and where is None:
         terrain = strewn(terrain, scenario.rocks, seed=scenario.seed)
     shapes = obstacles(scenario, terrain)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
 from ..core import Mapper, Sensor, SettingError, suggest
 from ..mapping import ElevationMapper, LocalMapper
-from ..sim import LIDAR, SONAR, NoisyFan, Odometry, Patch, RangeFan
+from ..rover import Rover
+from ..sim import LIDAR, SONAR, HoleSensor, NoisyFan, Odometry, Patch, RangeFan, Tilt
 from ..sim import Ground as Heights
 from ._bassil import Scene
 from ._ground import Ground
 
-SENSING = ("ideal", "lidar", "sonar", "stereo")
+SENSING = ("ideal", "lidar", "sonar", "stereo", "stereo+holes")
 """What a rover can see with."""
 FARTHEST = 8.0
 """How far a pair of eyes makes out heights [m]."""
@@ -32,6 +34,8 @@ def sensed(scene: Scene | Ground, sensing: str = "ideal", *, drift: bool = False
         sensing: ``ideal`` leaves the sensors as they are. ``lidar`` and ``sonar`` spoil the fan:
             see `sim.LIDAR` and `sim.SONAR`. ``stereo`` takes the fan away: a pair of eyes sees
             heights, the rover makes a map of them and judges it itself; it needs a terrain.
+            ``stereo+holes`` has infra-red besides, which looks down ahead of the wheels, and an
+            inertial unit that tells how the rover leans.
         drift: Whether the rover goes by odometry that drifts instead of its true pose.
 
     Returns:
@@ -51,41 +55,63 @@ def sensed(scene: Scene | Ground, sensing: str = "ideal", *, drift: bool = False
             "sensing and drift are for rovers with differential drive, which have a range fan; "
             "choose a rover such as research"
         )
-    if sensing == "stereo":
+    if sensing.startswith("stereo"):
         if not isinstance(scene, Ground):
-            raise SettingError("stereo sees heights: give a terrain, or generate ground")
+            raise SettingError(f"{sensing} sees heights: give a terrain, or generate ground")
         inner = _with_heights(inner, scene)
-        eyes, own = _eyes(scene, fan, mapper)
+        carried, own = _eyes(scene, fan, mapper, holes=sensing.endswith("+holes"))
     else:
-        eyes, own = _spoilt(fan, mapper, sensing)
-    carried = (eyes, Odometry()) if drift else (eyes,)
+        carried, own = _spoilt(fan, mapper, sensing)
+    if drift:
+        carried = (*carried, Odometry())
     changed = replace(inner, sensors=carried, mapper=own)
     return replace(scene, scene=changed) if isinstance(scene, Ground) else changed
 
 
-def _spoilt(fan: RangeFan, mapper: LocalMapper, sensing: str) -> tuple[Sensor, Mapper]:
+def _spoilt(fan: RangeFan, mapper: LocalMapper, sensing: str) -> tuple[tuple[Sensor, ...], Mapper]:
     """The fan with noise, and a map of what it reads."""
     if sensing == "ideal":
-        return fan, mapper
+        return (fan,), mapper
     if sensing == "lidar":
         spoilt = NoisyFan(fan, LIDAR)
     else:
         spoilt = NoisyFan(RangeFan(reach=fan.reach, beams=CONES * CONE), SONAR, cone=CONE)
     own = LocalMapper(spoilt.angles, reach=fan.reach, rays=mapper.rays, side=mapper.side)
-    return spoilt, own
+    return (spoilt,), own
 
 
 CONES, CONE = 13, 5
 """Cones of a row of sonars, and beams in each."""
 
 
-def _eyes(ground: Ground, fan: RangeFan, mapper: LocalMapper) -> tuple[Sensor, Mapper]:
+HIGHEST, DOWN, APART = 0.7, (math.radians(40.0), math.radians(60.0)), 0.15
+"""Height of infra-red sensors at most [m], how far their rows look down [rad], and how wide they
+stand apart [m]."""
+
+
+def _eyes(
+    ground: Ground, fan: RangeFan, mapper: LocalMapper, *, holes: bool
+) -> tuple[tuple[Sensor, ...], Mapper]:
     far = min(FARTHEST, fan.reach)
     mast = max(0.5, EYES * ground.rover.length)
     patch = Patch(far=far, near=min(0.5, 0.1 * far), cell=far / PLACES, mast=mast)
+    down = _looking_down(ground.rover, mast) if holes else None
     cell = WIDER * far / (mapper.side // 2 - 1)
-    own = ElevationMapper(ground.rover, patch, cell=cell, rays=mapper.rays, side=mapper.side)
-    return patch, own
+    own = ElevationMapper(
+        ground.rover, patch, holes=down, cell=cell, rays=mapper.rays, side=mapper.side
+    )
+    return ((patch,) if down is None else (patch, down, Tilt())), own
+
+
+def _looking_down(rover: Rover, mast: float) -> HoleSensor:
+    """Infra-red on the mast, to look over the front edge, as wide as the rover's circle."""
+    count = math.ceil(rover.radius / APART)
+    return HoleSensor(
+        ahead=0.5 * rover.length,
+        across=tuple(rover.radius * k / count for k in range(-count, count + 1)),
+        height=min(HIGHEST, mast),
+        down=DOWN,
+    )
 
 
 def _with_heights(scene: Scene, ground: Ground) -> Scene:

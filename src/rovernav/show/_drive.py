@@ -24,7 +24,7 @@ from ._map import (
     window_around,
 )
 from ._relief import Window, draw_forbidden, draw_relief, piece_of
-from ._words import amount, end_colour, end_marker, end_words, path_of
+from ._words import BELIEF, amount, end_colour, end_marker, end_words, path_of
 from ._worlds import draw_boxes, draw_shapes
 
 if TYPE_CHECKING:
@@ -73,6 +73,7 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
             draw_boxes(axes, worlds)
             draw_shapes(axes, worlds, labelled=not len(worlds.boxes))
         line = _path(axes, trace, driven, sensed)
+        draw_belief(axes, trace)
         if trace.attitude is not None:
             _worst_tilt(axes, trace.attitude[: len(driven), 0], driven)
         scale_bar(axes, window, ends)
@@ -136,6 +137,23 @@ def _path(axes: Axes, trace: Trace, driven: F64, sensed: F64 | None) -> Any:
         ms=8 if end_marker(ended) == "o" else 12, zorder=8, label=f"end: {end_words(ended)}",
     )  # fmt: skip
     return line
+
+
+def draw_belief(axes: Axes, trace: Trace, k: int = 0) -> None:
+    """Where the rover thought it was, if that was not where it was, and how far off it ended."""
+    believed = trace.believed(k)
+    if believed is None:
+        return
+    true, last = trace.pose[len(believed) - 1, k, :2], believed[-1]
+    off = float(np.hypot(*(last - true)))
+    axes.plot(*np.stack([true, last]).T, ":", color=BELIEF, lw=1.6, zorder=7)
+    axes.plot(
+        *believed.T, "-", color=BELIEF, lw=1.6, zorder=6.5, label="where it believed itself to be"
+    )
+    axes.plot(
+        *last, "D", color=BELIEF, mec="black", mew=1.0, ms=8, zorder=8,
+        label=f"believed end, {off:.2f} m from the true one",
+    )  # fmt: skip
 
 
 def _worst_tilt(axes: Axes, attitude: F64, driven: F64) -> None:

@@ -20,7 +20,7 @@ PALETTE = {
 }
 """The colours by name, in the order in which lines beside each other take them."""
 OBSTACLE_FILL, OBSTACLE_EDGE = "#BBBBBB", "#444444"
-PATH = BLUE
+PATH, BELIEF = BLUE, ORANGE
 
 _ENDS = {
     Outcome.DRIVING: "still driving",
@@ -31,6 +31,7 @@ _ENDS = {
     Outcome.STUCK: "got stuck",
     Outcome.LEFT_MAP: "left the map",
     Outcome.TIMED_OUT: "ran out of time",
+    Outcome.ASTRAY: "stopped where it took the goal to be",
 }
 
 

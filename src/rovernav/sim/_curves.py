@@ -51,6 +51,23 @@ class Curve:
         each = [noise.voltage(float(d), self.rows, last) for d in np.ravel(distance)]
         return np.array(each).reshape(np.shape(distance))
 
+    def doubt(self) -> F64:
+        """Readings, rising, and their standard deviations (t, 2) [m].
+
+        At a distance of the table with voltage V: noise V, and a third of a count's width of the
+        converter, times the slope of the fit, together with what the fit itself is off.
+        """
+        a, b, c = self.fit
+        beyond = self.rows[:, 0] >= self.nearest
+        true, volts = self.rows[beyond].T
+        read = np.round(a * volts**b + c, 6)
+        slope = np.abs(a * b * volts ** (b - 1.0))
+        count = VOLT / (COUNTS - 1)
+        spread = slope * np.hypot(self.noise * volts, count / 3.0)
+        return np.ascontiguousarray(
+            np.column_stack([read, np.round(np.hypot(spread, read - true), 6)])
+        )
+
 
 def curve(
     name: str,

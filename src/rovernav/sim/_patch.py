@@ -88,7 +88,8 @@ class HoleSensor:
         ahead: Where they are, forward of the rover's middle [m].
         across: Where they are to the left [m], one each.
         height: Above level ground [m].
-        down: Angle below the body's level [rad].
+        down: Angle below the body's level [rad]; several for rows of sensors that look less and
+            less far, one at each place across.
     """
 
     name = "down"
@@ -100,34 +101,49 @@ class HoleSensor:
         ahead: float = 0.3,
         across: tuple[float, ...] = (-0.25, 0.0, 0.25),
         height: float = 0.35,
-        down: float = math.radians(50.0),
+        down: float | tuple[float, ...] = math.radians(50.0),
     ) -> None:
         if curve not in CURVES:
             raise SettingError(f"unknown infra-red sensor {curve!r}; {suggest(curve, CURVES)}")
-        if not (height > 0 and 0 < down <= math.pi / 2 and across):
+        rows = (down,) if isinstance(down, int | float) else tuple(down)
+        if not (height > 0 and rows and all(0 < a <= math.pi / 2 for a in rows) and across):
             raise SettingError(
                 "a hole sensor needs a height above 0 m, an angle down of above 0 and at most 90 "
                 f"deg, and one place across at least; got {height!r}, {down!r}, {across!r}"
             )
-        self.curve, self.height, self.down = CURVES[curve], float(height), float(down)
-        level = height / math.sin(down)
-        if not self.curve.nearest < level < self.curve.reach:
-            raise SettingError(
-                f"{curve} tells {self.curve.nearest:g} to {self.curve.reach:g} m apart, but level "
-                f"ground is {level:.3g} m away; change height or down"
-            )
-        self._mounts: F64 = np.array([[ahead, left, height] for left in across], np.float64)
+        self.curve, self.height = CURVES[curve], float(height)
+        for angle in rows:
+            level = height / math.sin(angle)
+            if not self.curve.nearest < level < self.curve.reach:
+                raise SettingError(
+                    f"{curve} tells {self.curve.nearest:g} to {self.curve.reach:g} m apart, but "
+                    f"level ground is {level:.3g} m away; change height or down"
+                )
+        self.angles: F64 = np.repeat(np.array(rows, np.float64), len(across))
+        self.mounts: F64 = np.array(
+            [[ahead, left, height] for _ in rows for left in across], np.float64
+        )
+
+    @property
+    def reach(self) -> float:
+        """Who reads this far saw no ground [m]."""
+        return self.curve.reach
+
+    @property
+    def doubt(self) -> F64:
+        """Readings, rising, and their standard deviations (t, 2) [m]; see `Curve.doubt`."""
+        return self.curve.doubt()
 
     def start(self, mission: Mission, rng: np.random.Generator) -> Draws:
         """Who reads."""
         return draws(mission, rng)
 
     def read(self, world: Worlds, state: RoverState, memory: Draws) -> tuple[F64, Draws]:
-        """Distances (n, sensors) [m], right to left as `across` says."""
-        true = np.empty((len(state.pose), len(self._mounts)))
+        """Distances (n, sensors) [m], as `across` says, row after row."""
+        true = np.empty((len(state.pose), len(self.mounts)))
         out, now, c = np.empty_like(true), memory.next(), self.curve
         kernels.look_down(
-            state.pose, state.attitude, np.ascontiguousarray(world.of), self._mounts, self.down,
+            state.pose, state.attitude, np.ascontiguousarray(world.of), self.mounts, self.angles,
             FAR * c.reach, seen(world), true,
         )  # fmt: skip
         noise.infrared(true, now.keys, now.step, c.rows, c.noise, c.counts, c.volt, out)
@@ -135,7 +151,7 @@ class HoleSensor:
 
     def holes(self, reading: F64, depth: float) -> Bool:
         """Where the ground ahead is more than `depth` [m] lower than level ground (n, sensors)."""
-        return reading > (self.height + depth) / math.sin(self.down)
+        return reading > (self.height + depth) / np.sin(self.angles)
 
 
 MOST_CELLS = 400

@@ -137,12 +137,15 @@ def tick(drive: Drive, state: DriveState) -> DriveState:
     """One step of every rover that still drives: sense, decide, move, meet. Others stay frozen.
 
     A step that meets something ends where it meets it. A step to nowhere (a pose that is not
-    finite) moves nothing and ends as `Outcome.LEFT_MAP`.
+    finite) moves nothing and ends as `Outcome.LEFT_MAP`. A rover that goes by an estimate stops
+    where this says that it has arrived, and ends as `Outcome.ASTRAY`: had it arrived in truth, it
+    would have ended before.
     """
     rovers = state.rovers
     observation, sensors, remembered = _observe(drive, state)
     command, memory = drive.controller.act(observation, state.controller)
     _need_rows(command.twist, rovers, "commands", 3)
+    command, state = _stopped(drive, state, observation, command)
     return DriveState(
         rovers=_moved(drive, state, command),
         sensors=sensors,
@@ -290,6 +293,24 @@ def _joined(states: Sequence[DriveState]) -> DriveState:
     )
 
 
+def _stopped(
+    drive: Drive, state: DriveState, seen: Observation, command: Command
+) -> tuple[Command, DriveState]:
+    """Rovers that believe themselves at the goal, and are not, are told to stop and have ended."""
+    if Odometry.name not in seen.channels:
+        return command, state
+    rovers = state.rovers
+    there = rovers.driving & (
+        (seen.goal[:, 0] ** 2 + seen.goal[:, 1] ** 2) <= drive.mission.goal_radius**2
+    )
+    if not there.any():
+        return command, state
+    outcome = np.where(there, np.int8(Outcome.ASTRAY), rovers.outcome)
+    still = Command(twist=np.where(there[:, None], 0.0, command.twist))
+    halted = replace(rovers, outcome=outcome, twist=np.where(there[:, None], 0.0, rovers.twist))
+    return still, replace(state, rovers=halted)
+
+
 def _moved(drive: Drive, state: DriveState, command: Command) -> RoverState:
     """Every rover that still drives one step on, where it meets something or ends."""
     rovers = state.rovers
@@ -351,8 +372,10 @@ def replay(trace: Trace, drive: Drive) -> Trace:
     builder.add(state.rovers, None, None)
     for step, twist in enumerate(trace.commands):
         seen = {name: reading[step] for name, reading in trace.channels.items()}
-        command = Command(twist=twist)
-        observation = Observation(goal=drive.mission.goal, twist=twist, channels=seen)
+        goal = np.empty_like(drive.mission.goal)
+        kernels.goal_in_body(_believed(state.rovers, seen), drive.mission.goal, goal)
+        observation = Observation(goal=goal, twist=twist, channels=seen)
+        command, state = _stopped(drive, state, observation, Command(twist=twist))
         state = replace(state, rovers=_moved(drive, state, command))
         builder.add(state.rovers, observation, command)
     return builder.finish(

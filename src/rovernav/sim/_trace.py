@@ -95,6 +95,16 @@ class Trace:
         """Points (steps + 1, 2) of rover k [m], start and end included."""
         return self.pose[: int(self.steps[k]) + 1, k, :2]
 
+    def believed(self, k: int = 0) -> F64 | None:
+        """Where rover k thought it was at each step (steps, 2) [m]; None if it knew, by the truth.
+
+        Point i belongs to point i of `path`. None too where the trace kept no readings.
+        """
+        told = self.channels.get("estimate")
+        if told is None or not self.steps[k]:
+            return None
+        return told[: int(self.steps[k]), k, :2]
+
     def ended(self, k: int = 0) -> Outcome:
         """How rover k ended."""
         return Outcome(int(self.outcome[k]))

@@ -302,7 +302,10 @@ def needed_cell(path: Path, cell: float | None) -> float:
         SettingError: It was not given.
     """
     if cell is None:
-        raise SettingError(f"{path} does not say how large its cells are; give --cell METRES")
+        raise SettingError(
+            f"{path} does not say how large its cells are; give --cell METRES, or cell: METRES in "
+            "a scenario"
+        )
     return cell
 
 
