@@ -112,12 +112,14 @@ CASES = [
     Case("a cell larger than a planet", ON.replace("0.2", "1e300"),
          "the options: cell = 1e+300: input should be less than or equal to 1000000", heights),
     Case("start in a hole of the data", MIDDLE,
-         "rover research cannot stand at the start: the terrain has no data there; choose "
-         "another point", of(heights, holes=float("nan"))),
+         "rover research cannot stand at the start: the terrain has no data there; the "
+         "nearest place where it can is … m away, (…, …)", of(heights, holes=float("nan"))),
     Case("start on a slope", ON, "rover research cannot stand at the start: the slope is … deg, "
-         "its limit 20.0 deg; choose another point", of(heights, np.arange(60.0))),
+         "its limit 20.0 deg; it can stand nowhere on this ground; choose another rover",
+         of(heights, np.arange(60.0))),
     Case("start too near a block", MIDDLE.replace("6,6", "4.8,6"),
-         "rover research cannot stand at the start: …; choose another point",
+         "rover research cannot stand at the start: …; the nearest place where it can is … m away, "
+         "(…, …)",
          of(heights, holes=2.0)),
     Case("goal off the map", ON.replace("11,11", "50,11"),
          "the goal (50, 11) lies off the map, which reaches from (0, 0) to (12, 12)", heights),

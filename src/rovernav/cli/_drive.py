@@ -44,7 +44,8 @@ def drive(
     /,
     *,
     terrain: Annotated[
-        InFile | None, Parameter(help="Elevation model: GeoTIFF, .npy or meta.json.")
+        InFile | None,
+        Parameter(help="Elevation model: GeoTIFF, .npy, .png, meta.json; or a ROS map's .yaml."),
     ] = None,
     cell: Cell | None = None,
     heights: Grey | None = None,

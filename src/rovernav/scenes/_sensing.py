@@ -54,6 +54,11 @@ def sensed(scene: Scene | Ground, sensing: str = "ideal", *, drift: bool = False
     if sensing == "stereo":
         if not isinstance(scene, Ground):
             raise SettingError("stereo sees heights: give a terrain, or generate ground")
+        if scene.terrain.plain:
+            raise SettingError(
+                f"stereo sees heights, and {scene.terrain.source} says only what is free; "
+                "choose lidar or sonar"
+            )
         inner = _with_heights(inner, scene)
         eyes, own = _eyes(scene, fan, mapper)
     else:

@@ -83,7 +83,8 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
         handles = [*axes.get_legend_handles_labels()[0], *extra]
         figure.legend(handles=handles, bbox_to_anchor=(SIDE - 0.015, 0.58), **LEGEND)
         colour_bar(figure, (SIDE, 0.215, WIDE, 0.02), line, "time since the start [s]")
-        colour_bar(figure, (SIDE, 0.105, WIDE, 0.02), tint, "elevation [m]")
+        if not terrain.plain:
+            colour_bar(figure, (SIDE, 0.105, WIDE, 0.02), tint, "elevation [m]")
         footer(figure, origin_words(terrain))
 
     return picture(path, (11.0, 7.4), draw)
@@ -96,7 +97,7 @@ def _ground(
     tint = draw_relief(axes, piece)
     if standing is None:
         return [], tint
-    return forbidden_legend(draw_forbidden(axes, piece, standing)), tint
+    return forbidden_legend(draw_forbidden(axes, piece, standing), standing), tint
 
 
 def _path(axes: Axes, trace: Trace, driven: F64, sensed: F64 | None) -> Any:

@@ -72,7 +72,8 @@ def draw_route(
         tint = draw_relief(axes, piece)
         legend = []
         if ground is not None:
-            legend = forbidden_legend(draw_forbidden(axes, piece, ground.hazards.standing))
+            where = ground.hazards.standing
+            legend = forbidden_legend(draw_forbidden(axes, piece, where), where)
             _draw_zones(axes, ground)
         _draw_way(axes, route, stops)
         scale_bar(axes, window, shown)
@@ -84,7 +85,8 @@ def draw_route(
         overview(whole, terrain, window)
         handles = [*axes.get_legend_handles_labels()[0], *legend]
         figure.legend(handles=handles, bbox_to_anchor=(SIDE - 0.015, 0.56), **LEGEND)
-        colour_bar(figure, (SIDE, 0.125, WIDE, 0.02), tint, "elevation [m]")
+        if not terrain.plain:
+            colour_bar(figure, (SIDE, 0.125, WIDE, 0.02), tint, "elevation [m]")
         footer(figure, origin_words(terrain))
 
     return picture(path, (11.0, 7.4), draw)
