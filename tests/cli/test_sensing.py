@@ -50,6 +50,24 @@ def test_a_drive_by_drifting_odometry_is_told_apart_and_repeated(ground: str) ->
     assert not np.array_equal(trace.channels["estimate"], other.channels["estimate"])
 
 
+def test_a_drive_by_odometry_says_how_far_off_the_rover_believed_itself(ground: str) -> None:
+    words = ("drive", "--terrain", ground, *ACROSS, *NEURAL, "--sensing", "lidar", "--drift")
+    told = tell(*words)
+    trace = load_trace(Path(told["files"][3]))
+    last = int(trace.steps[0]) - 1
+    off = trace.channels["estimate"][last, 0, :2] - trace.pose[last, 0, :2]
+    assert told["estimate_off_m"] == pytest.approx(float(np.hypot(*off)), rel=1e-12)
+    assert 0.0 < told["estimate_off_m"] < 5.0
+    goal = trace.channels["estimate"][last, 0, :2] - trace.mission.goal[0]
+    assert told["estimate_to_goal_m"] == pytest.approx(float(np.hypot(*goal)), rel=1e-12)
+    sentence = (
+        f"By its odometry it was {told['estimate_to_goal_m']:.2f} m from the goal, "
+        f"{told['estimate_off_m']:.2f} m from where it truly was."
+    )
+    assert sentence in run(*words).out
+    assert "estimate_off_m" not in tell("drive", "--terrain", ground, *ACROSS, *NEURAL)
+
+
 def test_a_route_from_rovernav_route_is_driven(ground: str) -> None:
     """A wall stands in the straight line: alone the driver stops before it, routed it arrives."""
     way = ("--from", "6,-1.25", "--to", "20,-1.25")

@@ -27,6 +27,18 @@ def body_report(trace: Trace, k: int = 0) -> dict[str, float]:
     }
 
 
+def estimate_report(trace: Trace, k: int = 0) -> dict[str, float]:
+    """How far off rover k believed itself at its last reading; nothing where it knew its pose."""
+    steps, thought = int(trace.steps[k]), trace.channels.get("estimate")
+    if thought is None or not steps:
+        return {}
+    x, y = map(float, thought[steps - 1, k, :2])
+    return {
+        "estimate_off_m": math.dist((x, y), trace.pose[steps - 1, k, :2]),
+        "estimate_to_goal_m": math.dist((x, y), trace.mission.goal[k]),
+    }
+
+
 def say_body(report: dict[str, Any]) -> None:
     """Energy, tilt and slip in words."""
     on = f" on {report['soil']}" if report.get("soil") else ""

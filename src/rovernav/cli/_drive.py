@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from ._bodies import body_report, say_body
+from ._bodies import body_report, estimate_report, say_body
 from ._console import print_json, progress_bar, say, say_files
 from ._export import movie_of
 from ._files import claim_folder, keep_apart
@@ -169,8 +169,8 @@ def run_drive(
             {f"--out ({path.name})": path for path in files},
             [scenario, *(settings.get(key) for key in ("terrain", "controller", "rover", "route"))],
         )
-        trace = _simulate(scene, settings, out, update)
-        _write(files[: len(FILES)], scene, trace)
+        trace, way = _simulate(scene, settings, out, update)
+        _write(files[: len(FILES)], scene, trace, way)
         if movie:
             movie_of(trace, files[-1], scene, 0, update)
         report = _report(scene, trace)
@@ -194,7 +194,9 @@ def _simulate(
     settings: dict[str, Any],
     out: Path,
     update: Callable[[float, str], None],
-) -> Trace:
+) -> tuple[Trace, Any]:
+    """The trace, and the points of the route that was followed; None without one."""
+    from ..control import RouteFollower
     from ..learn import find_controller, routed
     from ..scenes import Ground
     from ..sim import DriveState, simulate
@@ -203,6 +205,7 @@ def _simulate(
     driver = find_controller(settings["controller"])
     if settings.get("route") is not None:
         driver = routed(driver, scene, settings["route"])
+    way = driver.routes[0] if isinstance(driver, RouteFollower) else None
     set_up = inner.drive(driver)
     claim_folder(out)
     limit = inner.mission.time_limit
@@ -211,7 +214,7 @@ def _simulate(
         now = float(state.rovers.time[0])
         update(now / limit, f"{now:.0f} s, {float(state.rovers.odometry[0]):.1f} m")
 
-    return simulate(set_up, seed=int(settings["seed"]), on_event=on_event, settings=settings)
+    return simulate(set_up, seed=int(settings["seed"]), on_event=on_event, settings=settings), way
 
 
 def _report(scene: Scene | Ground, trace: Trace) -> dict[str, Any]:
@@ -240,6 +243,7 @@ def _report(scene: Scene | Ground, trace: Trace) -> dict[str, Any]:
         "worst_slip": None,
         "soil": None,
         **body_report(trace),
+        **estimate_report(trace),
     }
     if ground is not None:
         frame = ground.terrain.frame
@@ -251,7 +255,7 @@ def _report(scene: Scene | Ground, trace: Trace) -> dict[str, Any]:
     return report
 
 
-def _write(files: list[Path], scene: Scene | Ground, trace: Trace) -> None:
+def _write(files: list[Path], scene: Scene | Ground, trace: Trace, way: Any) -> None:
     from ..export import write_path_csv, write_path_geojson
     from ..scenes import Ground
     from ..show import draw_drive, draw_worlds
@@ -262,7 +266,7 @@ def _write(files: list[Path], scene: Scene | Ground, trace: Trace) -> None:
     if isinstance(scene, Ground):
         draw_drive(
             trace, picture, terrain=scene.terrain, standing=scene.standing,
-            sensed=_sensed(scene, trace), worlds=scene.scene.worlds,
+            sensed=_sensed(scene, trace), worlds=scene.scene.worlds, route=way,
         )  # fmt: skip
     else:
         draw_worlds(trace, scene.worlds, picture, columns=1)
@@ -292,6 +296,9 @@ def print_drive(report: dict[str, Any], title: str) -> None:
     say(f"Drove {report['length_m']:.2f} m for {straight:.2f} m in a straight line{ratio}.")
     if report["outcome"] != "reached":
         say(f"Ended {report['to_goal_m']:.2f} m from the goal.")
+    if "estimate_off_m" in report:
+        say(f"By its odometry it was {report['estimate_to_goal_m']:.2f} m from the goal, "
+            f"{report['estimate_off_m']:.2f} m from where it truly was.")  # fmt: skip
     if math.isfinite(report["closest_m"]):
         say(f"Closest approach to forbidden ground or obstacles: {report['closest_m']:.2f} m.")
     if report["max_slope_deg"] is not None:
