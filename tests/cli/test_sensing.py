@@ -68,6 +68,21 @@ def test_a_drive_by_odometry_says_how_far_off_the_rover_believed_itself(ground: 
     assert "estimate_off_m" not in tell("drive", "--terrain", ground, *ACROSS, *NEURAL)
 
 
+def test_a_route_is_driven_from_its_start_to_its_goal_where_no_ends_are_given(
+    ground: str,
+) -> None:
+    way = ("--from", "6,-1.25", "--to", "20,-1.25")
+    told = tell("route", ground, *way, "--rover", "research", "--out", "route", "--no-picture")
+    line = next(str(name) for name in told["files"] if str(name).endswith("route.geojson"))
+    words = ("drive", "--terrain", ground, *NEURAL, "--route", line)
+    named, bare = tell(*words, *way), tell(*words)
+    assert bare["start_map"] == pytest.approx([6.0, -1.25], abs=1e-5)
+    assert bare["outcome"] == named["outcome"] == "reached"
+    assert bare["straight_m"] == pytest.approx(14.0, abs=1e-5)
+    half = run(*words, "--from", "6,-1.25")
+    assert (half.code, half.err.splitlines()[0]) == (2, "error: --terrain needs --to X,Y as well")
+
+
 def test_a_route_from_rovernav_route_is_driven(ground: str) -> None:
     """A wall stands in the straight line: alone the driver stops before it, routed it arrives."""
     way = ("--from", "6,-1.25", "--to", "20,-1.25")

@@ -180,6 +180,9 @@ CASES = [
     Case("the paper's network in a research rover", f"{NPY} --controller bassil --rover research",
          "the controller needs the sensor 'clear_sight', which this rover does not carry; it "
          "carries: around, beams, reach", heights),
+    Case("nobody named to drive a research rover", f"{NPY} --rover research",
+         "rover research is not for the paper's network, which drives where no other is named; "
+         "add --controller neural, goal-seeker or planner", heights),
     Case("a misspelt controller", f"{NPY} --controller neurl",
          "there is no controller 'neurl' and no such network file; did you mean 'neural'? "
          "Allowed: bassil, goal-seeker, neural, planner.", heights),

@@ -85,7 +85,7 @@ def drive(
     ] = False,
     route: Annotated[
         str | None,
-        Parameter(help="Follow a route: a .geojson file, or plan for one over the terrain."),
+        Parameter(help="Follow a route: a .geojson file, from end to end; or plan one first."),
     ] = None,
     rocks: Annotated[
         float | None, Parameter(help="Scatter rocks over this share of the ground, like 0.05.")
