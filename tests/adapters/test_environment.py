@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rovernav.adapters import register_envs
-from rovernav.core import MissingExtraError, Outcome, SettingError
+from rovernav.core import InputError, MissingExtraError, Outcome, SettingError, ShapeError
 from rovernav.scenes import practice_task
 
 gymnasium = pytest.importorskip("gymnasium", reason="needs the extra gym")
@@ -213,6 +213,7 @@ def test_pictures_of_rovers_in_their_worlds() -> None:
         ({"rover": "paper-point"}, "cannot turn"),
         ({"rover": "nobody"}, "nobody"),
         ({"beams": 1}, "3 to 4096 beams"),
+        ({"beam": 9}, "a task has no setting 'beam'; did you mean 'beams'"),
     ],
 )
 def test_settings_that_make_no_environment(settings: dict[str, Any], sentence: str) -> None:
@@ -227,8 +228,27 @@ def test_modes_and_numbers_that_do_not_exist() -> None:
         make_many(0)
     with pytest.raises(ValueError, match="3 rows need a seed each, got 2"):
         make_many(3).reset(seed=[1, 2])
-    with pytest.raises(gymnasium.error.ResetNeeded):
+    with pytest.raises(gymnasium.error.ResetNeeded, match="no episode has begun; call reset"):
         make_many(1).step(np.zeros((1, 2), np.float32))
+
+
+def test_actions_that_are_none_are_refused_and_the_batch_goes_on() -> None:
+    batch = make_many(3)
+    batch.reset(seed=1)
+    with pytest.raises(ShapeError, match=r"3 rovers need actions of shape \(3, 2\), got \(2, 2\)"):
+        batch.step(np.zeros((2, 2), np.float32))
+    with pytest.raises(ShapeError, match=r"3 rovers need .* got \(2, 3\)"):
+        batch.step(np.zeros((2, 3), np.float32))
+    wrong = np.zeros((3, 2), np.float32)
+    wrong[1, 0] = np.nan  # as a policy that diverged gives them
+    with pytest.raises(InputError, match=r"must be finite; that of rover 1 is \[nan, 0.0\]"):
+        batch.step(wrong)
+    seen = batch.step(np.zeros((3, 2), np.float32))[0]
+    assert np.isfinite(seen).all()
+    env = make().unwrapped
+    env.reset(seed=1)
+    with pytest.raises(ShapeError, match=r"1 rover needs actions of shape \(2,\), got \(3,\)"):
+        env.step(np.zeros(3, np.float32))
 
 
 def test_gymnasium_finds_it_by_the_name_of_the_package() -> None:

@@ -42,7 +42,8 @@ PARTS: list[Wrong] = [
         ON,
         "ground.tif is not an elevation file: it begins with b'heights'; give a GeoTIFF (.tif), "
         "PDS or ISIS image, ASCII grid (.asc), NumPy array (.npy, .npz), table of numbers (.csv, "
-        ".txt), PNG with --heights, or a folder with meta.json and heights.bin",
+        ".txt), PNG with --heights, a folder with meta.json and heights.bin, or a map (ROS "
+        ".yaml, BARN .world)",
         of(bad.raw, "ground.tif", b"heights"),
     ),
     (
@@ -147,7 +148,7 @@ PARTS: list[Wrong] = [
         "goal where the rover cannot stand",
         "drive --terrain ground.tif --from -5,-8 --to 8.5,3",
         "rover paper-point cannot stand at the goal: the slope is 78.8 deg, its limit 20.0 deg;"
-        " choose another point",
+        " the nearest place where it can is … m away, (…, …), locally (…, …)",
         bad.ground,
     ),
     (

@@ -67,6 +67,21 @@ def test_a_rover_led_astray_says_so_and_by_how_much(ground: str) -> None:
     assert ideal["believed_off_m"] is None
 
 
+def test_a_route_is_driven_from_its_start_to_its_goal_where_no_ends_are_given(
+    ground: str,
+) -> None:
+    way = ("--from", "6,-1.25", "--to", "20,-1.25")
+    told = tell("route", ground, *way, "--rover", "research", "--out", "route", "--no-picture")
+    line = next(str(name) for name in told["files"] if str(name).endswith("route.geojson"))
+    words = ("drive", "--terrain", ground, *NEURAL, "--route", line)
+    named, bare = tell(*words, *way), tell(*words)
+    assert bare["start_map"] == pytest.approx([6.0, -1.25], abs=1e-5)
+    assert bare["outcome"] == named["outcome"] == "reached"
+    assert bare["straight_m"] == pytest.approx(14.0, abs=1e-5)
+    half = run(*words, "--from", "6,-1.25")
+    assert (half.code, half.err.splitlines()[0]) == (2, "error: --terrain needs --to X,Y as well")
+
+
 def test_a_route_from_rovernav_route_is_driven(ground: str) -> None:
     """A wall stands in the straight line: alone the driver stops before it, routed it arrives."""
     way = ("--from", "6,-1.25", "--to", "20,-1.25")

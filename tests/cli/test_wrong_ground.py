@@ -112,12 +112,14 @@ CASES = [
     Case("a cell larger than a planet", ON.replace("0.2", "1e300"),
          "the options: cell = 1e+300: input should be less than or equal to 1000000", heights),
     Case("start in a hole of the data", MIDDLE,
-         "rover research cannot stand at the start: the terrain has no data there; choose "
-         "another point", of(heights, holes=float("nan"))),
+         "rover research cannot stand at the start: the terrain has no data there; the "
+         "nearest place where it can is … m away, (…, …)", of(heights, holes=float("nan"))),
     Case("start on a slope", ON, "rover research cannot stand at the start: the slope is … deg, "
-         "its limit 20.0 deg; choose another point", of(heights, np.arange(60.0))),
+         "its limit 20.0 deg; it can stand nowhere on this ground; choose another rover",
+         of(heights, np.arange(60.0))),
     Case("start too near a block", MIDDLE.replace("6,6", "4.8,6"),
-         "rover research cannot stand at the start: …; choose another point",
+         "rover research cannot stand at the start: …; the nearest place where it can is … m away, "
+         "(…, …)",
          of(heights, holes=2.0)),
     Case("goal off the map", ON.replace("11,11", "50,11"),
          "the goal (50, 11) lies off the map, which reaches from (0, 0) to (12, 12)", heights),
@@ -178,6 +180,9 @@ CASES = [
     Case("the paper's network in a research rover", f"{NPY} --controller bassil --rover research",
          "the controller needs the sensor 'clear_sight', which this rover does not carry; it "
          "carries: around, beams, reach", heights),
+    Case("nobody named to drive a research rover", f"{NPY} --rover research",
+         "rover research is not for the paper's network, which drives where no other is named; "
+         "add --controller neural, goal-seeker or planner", heights),
     Case("a misspelt controller", f"{NPY} --controller neurl",
          "there is no controller 'neurl' and no such network file; did you mean 'neural'? "
          "Allowed: bassil, goal-seeker, neural, planner.", heights),

@@ -235,6 +235,11 @@ CASES = [
          "cannot write the trace .: Is a directory"),
     Case(OPTION, "an unknown command", "drve",
          "there is no command 'drve'; did you mean 'drive'? Allowed: …"),
+    Case(OPTION, "an option before the command", "--json drive bassil-v1",
+         "there is no option --json before a command; options follow it, as in rovernav drive "
+         "bassil-v1 --json, and alone stand --help and --version"),
+    Case(OPTION, "an option without its dashes", "version",
+         "there is no command 'version'; did you mean --version?"),
     Case(OPTION, "an unknown option", "train bassil-v1 --epoch 5",
          "there is no option --epoch; did you mean --epochs?"),
     Case(OPTION, "a shortened option", "train bassil-v1 --tol .1",

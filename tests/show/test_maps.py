@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import subprocess
 import sys
 from pathlib import Path
@@ -66,6 +67,27 @@ def test_a_drive_has_its_way_its_ends_and_the_same_bytes(tmp_path: Path) -> None
     assert draw_drive(trace, path, terrain=terrain, sensed=dots).read_bytes() != first
     with pytest.raises(ShapeError, match=r"must have shape \(m, 2\), got \(3,\)"):
         draw_drive(trace, path, terrain=terrain, sensed=np.zeros(3))
+
+
+def test_a_drive_shows_its_route_and_where_the_rover_thought_it_was(tmp_path: Path) -> None:
+    terrain = hill_in_the_north(crs=MARS)
+    trace = drive([(2, 2), (4, 3), (6, 2), (7, 4)], Outcome.TIMED_OUT, goal=(8, 4))
+    believed = np.zeros((3, 1, 7))
+    believed[:, 0, :2] = [(2.0, 2.0), (4.0, 5.0), (6.5, 6.0)]
+    lost = dataclasses.replace(trace, channels={"estimate": believed})
+    ways = {"plain": (trace, None), "routed": (trace, np.array([[2.0, 2.0], [5.0, 7.0]])),
+            "lost": (lost, None)}  # fmt: skip
+    main = {
+        name: pixels(draw_drive(one, tmp_path / f"{name}.png", terrain=terrain, route=way))[
+            :, :1010
+        ]
+        for name, (one, way) in ways.items()
+    }
+    for name, colour in (("routed", "#D55E00"), ("lost", "#CC79A7")):
+        assert share(main[name], colour) > 1e-4
+        assert share(main["plain"], colour) == 0.0
+    with pytest.raises(ShapeError, match=r"route points must have shape \(m, 2\), got \(3,\)"):
+        draw_drive(trace, tmp_path / "d.png", terrain=terrain, route=np.zeros(3))
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,7 @@ class RoverEnv(gymnasium.Env[Any, Any]):
 
     def __init__(self, render_mode: str | None = None, **settings: Any) -> None:
         self.render_mode = _check_mode(render_mode)
-        self.task = Task(**settings)
+        self.task = Task.of(settings)
         self.observation_space, self.action_space = _spaces(self.task)
         self._rows = Rows(self.task, 1)
         self._rows.keep_paths = render_mode is not None
@@ -73,7 +73,8 @@ class RoverEnv(gymnasium.Env[Any, Any]):
     def step(self, action: F32) -> tuple[F32, float, bool, bool, dict[str, Any]]:
         """Drive for one period."""
         if not (self._fresh and self._rows.state.driving[0]):
-            raise gymnasium.error.ResetNeeded("the episode has ended; call reset before step")
+            why = "the episode has ended" if self._fresh else "no episode has begun"
+            raise gymnasium.error.ResetNeeded(f"{why}; call reset before step")
         reward, terminated, truncated = self._rows.step(action)
         seen = self._rows.observe(FIRST)[0]
         return seen, float(reward[0]), bool(terminated[0]), bool(truncated[0]), self._info()
@@ -119,7 +120,7 @@ class RoverVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self.mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.mode}
         self.render_mode = _check_mode(render_mode)
-        self.num_envs, self.task = num_envs, Task(**settings)
+        self.num_envs, self.task = num_envs, Task.of(settings)
         self.single_observation_space, self.single_action_space = _spaces(self.task)
         batch = gymnasium.vector.utils.batch_space
         self.observation_space = batch(self.single_observation_space, num_envs)
@@ -156,7 +157,8 @@ class RoverVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         """Drive every row for one period; those that ended begin anew as the mode says."""
         waiting = self._ended.copy()
         if not self._fresh or (self.mode is AutoresetMode.DISABLED and waiting.any()):
-            raise gymnasium.error.ResetNeeded("an episode has ended; call reset before step")
+            why = "an episode has ended" if self._fresh else "no episode has begun"
+            raise gymnasium.error.ResetNeeded(f"{why}; call reset before step")
         reward, terminated, truncated = self._rows.step(actions)
         self._ended = terminated | truncated
         last: dict[str, Any] = {}

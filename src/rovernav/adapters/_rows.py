@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -19,11 +20,14 @@ from ..core import (
     Bool,
     Command,
     Frame,
+    InputError,
     Mission,
     Observation,
     Outcome,
     RoverState,
     SettingError,
+    ShapeError,
+    suggest,
     value,
 )
 from ..kernels import drive as kernels
@@ -86,6 +90,19 @@ class Task:
                 f"a world has 8 to 2000 cells a side, got {self.side:g} m in cells of "
                 f"{self.cell:g} m"
             )
+
+    @classmethod
+    def of(cls, settings: Mapping[str, Any]) -> Task:
+        """A task by the names of its settings.
+
+        Raises:
+            SettingError: There is no setting of that name, or its value cannot be.
+        """
+        known = [field.name for field in dataclasses.fields(cls)]
+        for name in settings:
+            if name not in known:
+                raise SettingError(f"a task has no setting {name!r}; {suggest(name, known)}")
+        return cls(**settings)
 
     def vehicle(self) -> Rover:
         """The rover.
@@ -216,8 +233,12 @@ class Rows:
         Args:
             actions: Forward speed and turn rate (n, 2) as shares of the rover's limits; beyond
                 [-1, 1] they are cut off.
+
+        Raises:
+            ShapeError: Not two numbers for each rover.
+            InputError: One is not finite, as those of a policy that diverged.
         """
-        share = np.clip(np.asarray(actions, np.float64).reshape(self.count, 2), -1.0, 1.0)
+        share = self._shares(actions)
         twist = np.zeros((self.count, 3))
         twist[:, 0] = share[:, 0] * self.rover.speed
         twist[:, 2] = share[:, 1] * self.rover.turn_rate
@@ -234,6 +255,21 @@ class Rows:
         reward = before - self.distance() + STEP
         reward += np.where(ended & reached, REACHED, 0.0) + np.where(harmed, HARMED, 0.0)
         return Step(np.where(was, reward, 0.0), ended & ~late, ended & late)
+
+    def _shares(self, actions: Any) -> F64:
+        given = np.asarray(actions, np.float64)
+        if given.size != 2 * self.count or (given.ndim > 1 and given.shape[-1] != 2):
+            raise ShapeError(
+                f"{self.count} {'rover needs' if self.count == 1 else 'rovers need'} actions of "
+                f"shape {(2,) if self.count == 1 else (self.count, 2)}, got {given.shape}"
+            )
+        wrong = np.flatnonzero(~np.isfinite(given.reshape(self.count, 2)).all(axis=1))
+        if len(wrong):
+            raise InputError(
+                f"actions must be finite; that of rover {wrong[0]} is "
+                f"{given.reshape(self.count, 2)[wrong[0]].tolist()}"
+            )
+        return np.clip(given.reshape(self.count, 2), -1.0, 1.0)
 
     def distance(self) -> F64:
         """Straight lines to the goals (n,) [m]."""

@@ -8,13 +8,15 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 from ._console import print_json, print_table, progress_bar, say
-from ._options import Cell, InFile, Json, Seed, Whole
+from ._options import Cell, Grey, InFile, Json, Seed, SouthFirst, Whole, numbers
 from ._parts import measures_of, names_in
 from ._workers import Place
 
 
 def compare(
-    terrain: Annotated[InFile, Parameter(help="Elevation model: GeoTIFF, .npy or meta.json.")],
+    terrain: Annotated[
+        InFile, Parameter(help="Elevation model: GeoTIFF, .npy, .png, meta.json; or a ROS .yaml.")
+    ],
     /,
     *,
     controllers: Annotated[
@@ -30,6 +32,8 @@ def compare(
     pairs: Annotated[Whole, Parameter(help="Start and goal pairs.")] = 50,
     rover: Annotated[str, Parameter(help="Preset or rover file.")] = "research",
     cell: Cell | None = None,
+    heights: Grey | None = None,
+    south_first: SouthFirst = False,
     nearest: Annotated[float | None, Parameter(help="Shortest straight line [m].")] = None,
     farthest: Annotated[float | None, Parameter(help="Longest straight line [m].")] = None,
     seed: Seed = 0,
@@ -53,7 +57,9 @@ def compare(
     if not drivers:
         raise SettingError("--controllers names nobody; give one or more, like neural,goal-seeker")
     measures = measures_of(names_in(metrics) or ())
-    ground = read_terrain(terrain, cell=cell)
+    ground = read_terrain(
+        terrain, cell=cell, heights=numbers("--heights", heights, 2), south_first=south_first
+    )
     vehicle = read_rover(rover)
     scores = []
     with (place or Place()).executor() as executor:

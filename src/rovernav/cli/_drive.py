@@ -45,7 +45,8 @@ def drive(
     /,
     *,
     terrain: Annotated[
-        InFile | None, Parameter(help="Elevation model: GeoTIFF, .npy or meta.json.")
+        InFile | None,
+        Parameter(help="Elevation model: GeoTIFF, .npy, .png, meta.json; or a ROS map's .yaml."),
     ] = None,
     cell: Cell | None = None,
     heights: Grey | None = None,
@@ -85,7 +86,7 @@ def drive(
     ] = False,
     route: Annotated[
         str | None,
-        Parameter(help="Follow a route: a .geojson file, or plan for one over the terrain."),
+        Parameter(help="Follow a route: a .geojson file, from end to end; or plan one first."),
     ] = None,
     rocks: Annotated[
         float | None, Parameter(help="Scatter rocks over this share of the ground, like 0.05.")
@@ -169,8 +170,8 @@ def run_drive(
             {f"--out ({path.name})": path for path in files},
             [scenario, *(settings.get(key) for key in ("terrain", "controller", "rover", "route"))],
         )
-        trace = _simulate(scene, settings, out, update)
-        _write(files[: len(FILES)], scene, trace)
+        trace, way = _simulate(scene, settings, out, update)
+        _write(files[: len(FILES)], scene, trace, way)
         if movie:
             movie_of(trace, files[-1], scene, 0, update)
         report = _report(scene, trace)
@@ -194,7 +195,9 @@ def _simulate(
     settings: dict[str, Any],
     out: Path,
     update: Callable[[float, str], None],
-) -> Trace:
+) -> tuple[Trace, Any]:
+    """The trace, and the points of the route that was followed; None without one."""
+    from ..control import RouteFollower
     from ..learn import find_controller, guarded, routed
     from ..scenes import Ground
     from ..sim import DriveState, simulate
@@ -203,6 +206,7 @@ def _simulate(
     driver = find_controller(settings["controller"])
     if settings.get("route") is not None:
         driver = routed(driver, scene, settings["route"])
+    way = driver.routes[0] if isinstance(driver, RouteFollower) else None
     set_up = inner.drive(guarded(driver, scene))
     claim_folder(out)
     limit = inner.mission.time_limit
@@ -211,7 +215,7 @@ def _simulate(
         now = float(state.rovers.time[0])
         update(now / limit, f"{now:.0f} s, {float(state.rovers.odometry[0]):.1f} m")
 
-    return simulate(set_up, seed=int(settings["seed"]), on_event=on_event, settings=settings)
+    return simulate(set_up, seed=int(settings["seed"]), on_event=on_event, settings=settings), way
 
 
 def _report(scene: Scene | Ground, trace: Trace) -> dict[str, Any]:
@@ -252,7 +256,7 @@ def _report(scene: Scene | Ground, trace: Trace) -> dict[str, Any]:
     return report
 
 
-def _write(files: list[Path], scene: Scene | Ground, trace: Trace) -> None:
+def _write(files: list[Path], scene: Scene | Ground, trace: Trace, way: Any) -> None:
     from ..export import write_path_csv, write_path_geojson
     from ..scenes import Ground
     from ..show import draw_drive, draw_worlds
@@ -263,7 +267,7 @@ def _write(files: list[Path], scene: Scene | Ground, trace: Trace) -> None:
     if isinstance(scene, Ground):
         draw_drive(
             trace, picture, terrain=scene.terrain, standing=scene.standing,
-            sensed=_sensed(scene, trace), worlds=scene.scene.worlds,
+            sensed=_sensed(scene, trace), worlds=scene.scene.worlds, route=way,
         )  # fmt: skip
     else:
         draw_worlds(trace, scene.worlds, picture, columns=1)

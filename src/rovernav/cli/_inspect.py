@@ -74,7 +74,7 @@ def inspect(
             raise SettingError(f"--{option} goes only with {goes}{also}; {file} is a {kind}")
     asked = Judging(rover=rover, soil=soil, heading=heading, turns=turns, pictures=layers)
     if rover is not None:
-        if kind != "terrain":
+        if kind != "terrain" and (kind != "map" or world is not None):
             raise SettingError(f"--rover goes only with a terrain; {file} is a {kind}")
         return judge(file, given, asked, explain=explain, json=json)
     asked.needs_a_rover(explain=explain)

@@ -15,6 +15,8 @@ from cyclopts import (
     UnusedCliTokensError,
 )
 
+_ALONE = ("--help", "--version")
+
 
 def sentence(error: CycloptsError, commands: Iterable[str]) -> str:
     """One sentence: what was wrong, what was got, and the nearest name that would have worked.
@@ -45,8 +47,14 @@ def sentence(error: CycloptsError, commands: Iterable[str]) -> str:
 def _unknown_command(word: str, commands: Iterable[str]) -> str:
     from ..core import suggest
 
-    kind = "option" if word.startswith("-") else "command"
-    return f"there is no {kind} {word!r}; {suggest(word, commands)}"
+    if word.startswith("-"):
+        return (
+            f"there is no option {word} before a command; options follow it, as in rovernav drive "
+            "bassil-v1 --json, and alone stand --help and --version"
+        )
+    if f"--{word}" in _ALONE:
+        return f"there is no command {word!r}; did you mean --{word}?"
+    return f"there is no command {word!r}; {suggest(word, commands)}"
 
 
 def _unknown_option(error: UnknownOptionError) -> str:

@@ -104,7 +104,7 @@ SeedValue = Annotated[int, Parameter(converter=_seed)]
 Seed = Annotated[SeedValue, Parameter(help="Seed of everything random; same seed, same result.")]
 Cell = Annotated[
     float,
-    Parameter(converter=_cell, help="Cell of a .npy terrain, which does not say its own [m]."),
+    Parameter(converter=_cell, help="Cell of a .npy, .png or .csv, which do not say it [m]."),
 ]
 Start = Annotated[
     str, Parameter(name="--from", allow_leading_hyphen=True, help="Start X,Y, like -3.5,1.2.")

@@ -70,7 +70,13 @@ def find_scene(
     whole = _from_options(given) if scenario is None else _from_file(scenario, given)
     if whole.rover is None:
         whole = whole.model_copy(update={"rover": usual_rover(whole.controller)})
-    return set_scene(whole), whole.model_dump(mode="json", by_alias=True, exclude_none=True)
+    scene = set_scene(whole)
+    if "controller" not in whole.model_fields_set and not isinstance(scene.motion, TwoAxis):
+        raise SettingError(
+            f"rover {whole.rover} is not for the paper's network, which drives where no other is "
+            "named; add --controller neural, goal-seeker or planner"
+        )
+    return scene, whole.model_dump(mode="json", by_alias=True, exclude_none=True)
 
 
 def _named(option: str) -> str:
@@ -96,10 +102,26 @@ def _from_options(given: Mapping[str, Any]) -> Scenario:
     from ..core import SettingError, build
     from ..scenes import Scenario
 
+    given = dict(given)
+    if given.get("route", "plan") != "plan" and not {"from", "to", "frame"} & given.keys():
+        given |= _ends_of(given)
     for end in ("from", "to"):
         if end not in given:
             raise SettingError(f"--terrain needs --{end} X,Y as well")
-    return build(Scenario, dict(given), source="the options")
+    return build(Scenario, given, source="the options")
+
+
+def _ends_of(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Start and goal of a drive that follows a route from end to end."""
+    from ..plan import read_route
+    from ..terrain import open_raster
+
+    raster = open_raster(
+        given["terrain"], cell=given.get("cell"), heights=given.get("heights"),
+        south_first=given.get("south_first", False),
+    )  # fmt: skip
+    points = read_route(given["route"], raster.frame).tolist()
+    return {"from": tuple(points[0]), "to": tuple(points[-1]), "frame": "local"}
 
 
 def _from_file(scenario: str, given: Mapping[str, Any]) -> Scenario:

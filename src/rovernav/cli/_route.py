@@ -26,7 +26,8 @@ from ._trip import Asked, plan_trip, print_trip
 
 def route(
     ground: Annotated[
-        InFile, Parameter(help="Elevation model (GeoTIFF, .npy, meta.json) or a MovingAI .map.")
+        InFile,
+        Parameter(help="Elevation model (GeoTIFF, .npy, .png, meta.json), ROS .yaml or .map."),
     ],
     /,
     *,
@@ -34,7 +35,9 @@ def route(
     goal: Goal | None = None,
     via: Annotated[
         list[str] | None,
-        Parameter(allow_leading_hyphen=True, help="A stop X,Y on the way; may be repeated."),
+        Parameter(
+            negative="", allow_leading_hyphen=True, help="A stop X,Y on the way; may be repeated."
+        ),
     ] = None,
     order: Annotated[
         str | None, Parameter(help="Stops in the order given (default), or in the best one.")

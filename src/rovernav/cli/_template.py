@@ -10,7 +10,8 @@ TEMPLATE = """\
 # Every key is here; those with a default may be left out. Lengths are in metres.
 
 # The ground: flat unless an elevation model is named or ground is generated.
-# terrain: yard.tif          # GeoTIFF, .npy or meta.json; a path beside this file
+# terrain: yard.tif          # GeoTIFF, .npy, .png, meta.json; or a ROS map's .yaml; beside
+                             # this file
 # cell: 0.1                  # side of a cell, only for files that do not say it (.npy)
 # heights: [-110, 8.5]       # lowest and highest height of the greys, only for pictures
 # south_first: true          # row 0 of a table or array is the south edge

@@ -90,7 +90,7 @@ def plan_trip(path: Path, asked: Asked, out: Path, *, pictures: bool = True) -> 
             path, cell=options["cell"], heights=options["heights"],
             south_first=bool(options["south-first"]),
         )  # fmt: skip
-        large = raster.frame.shape[0] * raster.frame.shape[1] > WHOLE
+        large = raster.frame.shape[0] * raster.frame.shape[1] > WHOLE and not raster.plain
         plan = _plan_far if large else _plan_whole
         trip, terrain, why = plan(raster, who, asked, lambda: claim_folder(out), tick)
         files = _write(files, trip, terrain)

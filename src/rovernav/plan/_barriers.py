@@ -94,7 +94,7 @@ def _by_layer(ground: Going, first: Any, last: Any) -> Iterator[Barrier]:
         at = _where(ground, others, layers.unknown.astype(np.float32), (first, last))
         yield Barrier(
             limit="no data", now=0.0, needed=math.nan, unit="", at=at,
-            words=f"a way opens if ground without data can be driven, as at {place_words(at)}",
+            words=f"a way opens if {_missing(ground)} can be driven, as at {place_words(at)}",
         )  # fmt: skip
     if ground.zones is not None:
         yield from _zones(ground, layers, first, last)
@@ -226,6 +226,11 @@ def _reached(values: Any, radius: float) -> F32:
     i, j = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     disc = i * i + j * j <= radius * radius * (1.0 + 2e-12)
     return cast(Any, ndimage).maximum_filter(values, footprint=disc, mode="nearest")
+
+
+def _missing(ground: Going) -> str:
+    plain = ground.hazards.standing.plain
+    return "what is not free on the map" if plain else "ground without data"
 
 
 def _joined(free: Bool, first: Any, last: Any) -> bool:

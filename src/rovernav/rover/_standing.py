@@ -41,6 +41,8 @@ class Standing:
         reason: A `Reason` for each cell (h, w), uint8.
         slope: Slope over the rover's footing (h, w), float32 [rad]; NaN where it is not known.
         step: Highest ledge within a wheel's diameter (h, w), float32 [m]; NaN without data.
+        plain: Whether the terrain is a map of free and blocked cells; `Reason.NO_DATA` then means
+            a cell that is not free.
     """
 
     frame: Frame
@@ -48,6 +50,7 @@ class Standing:
     reason: U8
     slope: F32
     step: F32
+    plain: bool = False
 
     @property
     def share(self) -> float:
@@ -122,6 +125,8 @@ def judged(terrain: Terrain, rover: Rover, planes: Planes) -> tuple[Standing, I3
 def _reasons(terrain: Terrain, rover: Rover, planes: Planes) -> tuple[F32, F32, U8]:
     """Slope, steps, and why a cell is forbidden by itself."""
     tilt = planes.slope()
+    if terrain.plain:
+        tilt[np.isnan(terrain.height)] = np.nan
     step = ledge_height(terrain, within=2.0 * rover.wheel_radius, steeper=rover.max_slope)
     reason = np.empty(terrain.frame.shape, np.uint8)
     k.reasons(tilt, step, (rover.max_slope, rover.max_step), reason)
@@ -130,4 +135,7 @@ def _reasons(terrain: Terrain, rover: Rover, planes: Planes) -> tuple[F32, F32, 
 
 def _standing(terrain: Terrain, tilt: F32, step: F32, reason: U8) -> Standing:
     blocked = (reason != Reason.FREE).view(np.uint8)
-    return Standing(frame=terrain.frame, blocked=blocked, reason=reason, slope=tilt, step=step)
+    return Standing(
+        frame=terrain.frame, blocked=blocked, reason=reason, slope=tilt, step=step,
+        plain=terrain.plain,
+    )  # fmt: skip

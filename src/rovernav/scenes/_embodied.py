@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from ..kernels.shapes import first_shape
 from ..rover import Soil
 from ..sim import Body, Grid, Shape, Shapes
 from ..sim import Ground as Heights
+from ..terrain import Terrain
 from ._ground import Ground
 
 
@@ -25,8 +27,9 @@ def embodied(
     """The same scene with a body: the rover settles on the ground, slips and spends energy.
 
     Obstacles stand as they are instead of grown by the rover's radius, and its exact footprint
-    must not touch them. Where the rover should not stand, steep ground and what is near obstacles,
-    its sensors see as before, but only what the ground does to the body ends the drive.
+    must not touch them; nor what stands on a map of free and blocked cells. Where the rover should
+    not stand, steep ground and what is near obstacles, its sensors see as before, but only what the
+    ground does to the body ends the drive.
 
     Args:
         ground: From `ground_scene`.
@@ -42,15 +45,40 @@ def embodied(
     seen = scene.worlds.grid
     assert seen is not None
     blocked = _burnt(seen.blocked, seen.frame, [each.grown(rover.radius) for each in obstacles])
+    solid = [*obstacles, *(_walls(terrain) if terrain.plain else ())]
     worlds = replace(
         scene.worlds,
         grid=Grid(frame=seen.frame, blocked=blocked),
-        shapes=Shapes.packed([obstacles]) if obstacles else None,
-        ground=Heights(frame=terrain.frame, height=terrain.height, offset=terrain.offset),
+        shapes=Shapes.packed([solid]) if solid else None,
+        ground=Heights(frame=terrain.frame, height=terrain.whole, offset=terrain.offset),
     )
     body = Body(rover, period=scene.motion.period, soil=soil, spread=spread, grid=False)
     note = "The rover has a body; sensors see where it should not stand."
     return replace(ground, scene=replace(scene, worlds=worlds, motion=body, note=note))
+
+
+def _walls(terrain: Terrain) -> list[Shape]:
+    """The cells of a map that are not free, as few rectangles that do not overlap.
+
+    Equal runs of cells in rows above each other are one rectangle.
+    """
+    cell, (h, _) = terrain.frame.cell, terrain.frame.shape
+    out: list[Shape] = []
+    open_since: dict[tuple[int, int], int] = {}
+    for row in range(h + 1):
+        runs = _runs(np.isnan(terrain.height[row])) if row < h else []
+        for run in [each for each in open_since if each not in runs]:
+            west, east, south = *run, open_since.pop(run)
+            out.append(Shape.box(west * cell, south * cell, east * cell, row * cell))
+        for run in runs:
+            open_since.setdefault(run, row)
+    return out
+
+
+def _runs(marked: Any) -> list[tuple[int, int]]:
+    """First and one past the last index of each stretch of ones."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]])))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _burnt(blocked: U8, frame: Frame, shapes: Sequence[Shape]) -> U8:

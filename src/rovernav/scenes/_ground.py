@@ -230,14 +230,27 @@ def _check_point(name: str, point: tuple[float, float], where: Standing, rover: 
     if where.blocked[cell]:
         raise SettingError(
             f"rover {rover.name} cannot stand at the {name}: {_why(where, cell, rover)}; "
-            f"choose another point"
+            f"{_instead(where, point)}"
         )
+
+
+def _instead(where: Standing, point: tuple[float, float]) -> str:
+    """The nearest place where it can stand, as the map and as the local frame have it."""
+    if where.blocked.all():
+        return "it can stand nowhere on this ground; choose another rover"
+    at = nearest_free(where, point)
+    on_map = where.frame.to_map(*at)
+    local = "" if math.dist(at, on_map) < 1e-9 else f", locally ({at[0]:.10g}, {at[1]:.10g})"
+    return (
+        f"the nearest place where it can is {math.dist(at, point):.3g} m away, "
+        f"({on_map[0]:.10g}, {on_map[1]:.10g}){local}"
+    )
 
 
 def _why(where: Standing, cell: tuple[int, int], rover: Rover) -> str:
     reason = Reason(int(where.reason[cell]))
     if reason is Reason.NO_DATA:
-        return "the terrain has no data there"
+        return "the map does not call it free" if where.plain else "the terrain has no data there"
     if reason is Reason.SLOPE:
         slope, limit = math.degrees(where.slope[cell]), math.degrees(rover.max_slope)
         return f"the slope is {slope:.1f} deg, its limit {limit:.1f} deg"

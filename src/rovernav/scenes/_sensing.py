@@ -58,6 +58,11 @@ def sensed(scene: Scene | Ground, sensing: str = "ideal", *, drift: bool = False
     if sensing.startswith("stereo"):
         if not isinstance(scene, Ground):
             raise SettingError(f"{sensing} sees heights: give a terrain, or generate ground")
+        if scene.terrain.plain:
+            raise SettingError(
+                f"{sensing} sees heights, and {scene.terrain.source} says only what is free; "
+                "choose lidar or sonar"
+            )
         inner = _with_heights(inner, scene)
         carried, own = _eyes(scene, fan, mapper, holes=sensing.endswith("+holes"))
     else:

@@ -24,7 +24,7 @@ from ._map import (
     window_around,
 )
 from ._relief import Window, draw_forbidden, draw_relief, piece_of
-from ._words import BELIEF, amount, end_colour, end_marker, end_words, path_of
+from ._words import BELIEF, VERMILION, amount, end_colour, end_marker, end_words, path_of
 from ._worlds import draw_boxes, draw_shapes
 
 if TYPE_CHECKING:
@@ -40,9 +40,12 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
     standing: Standing | None = None,
     sensed: F64 | None = None,
     worlds: Worlds | None = None,
+    route: F64 | None = None,
     title: str | None = None,
 ) -> Path:
     """Draw the drive of the first rover of a trace, north up.
+
+    Where the rover went by odometry that drifts, the way that it believed it went is drawn too.
 
     Args:
         trace: The drive, in the local metres of the terrain.
@@ -51,6 +54,7 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
         standing: Where the rover could stand, drawn by reason.
         sensed: Points (m, 2) that the rover's beams met [m].
         worlds: Where it was driven, for the obstacles that somebody drew.
+        route: Points (k, 2) [m] of the route that it was given.
         title: Instead of the terrain's name.
 
     Returns:
@@ -61,8 +65,9 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
         ShapeError: Points or forbidden ground of another shape than the terrain's.
     """
     driven = path_of(trace)
-    if sensed is not None and (sensed.ndim != 2 or sensed.shape[1] != 2):
-        raise ShapeError(f"sensed points must have shape (m, 2), got {sensed.shape}")
+    for name, points in (("sensed", sensed), ("route", route)):
+        if points is not None and (points.ndim != 2 or points.shape[1] != 2):
+            raise ShapeError(f"{name} points must have shape (m, 2), got {points.shape}")
 
     def draw(figure: Figure) -> None:
         ends = np.vstack([driven, trace.mission.start[:1, :2], trace.mission.goal[:1]])
@@ -73,6 +78,8 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
             draw_boxes(axes, worlds)
             draw_shapes(axes, worlds, labelled=not len(worlds.boxes))
         line = _path(axes, trace, driven, sensed)
+        if route is not None and len(route):
+            axes.plot(*route.T, "-", color=VERMILION, lw=1.4, zorder=4.5, label="route given")
         draw_belief(axes, trace)
         if trace.attitude is not None:
             _worst_tilt(axes, trace.attitude[: len(driven), 0], driven)
@@ -84,7 +91,8 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
         handles = [*axes.get_legend_handles_labels()[0], *extra]
         figure.legend(handles=handles, bbox_to_anchor=(SIDE - 0.015, 0.58), **LEGEND)
         colour_bar(figure, (SIDE, 0.215, WIDE, 0.02), line, "time since the start [s]")
-        colour_bar(figure, (SIDE, 0.105, WIDE, 0.02), tint, "elevation [m]")
+        if not terrain.plain:
+            colour_bar(figure, (SIDE, 0.105, WIDE, 0.02), tint, "elevation [m]")
         footer(figure, origin_words(terrain))
 
     return picture(path, (11.0, 7.4), draw)
@@ -97,7 +105,7 @@ def _ground(
     tint = draw_relief(axes, piece)
     if standing is None:
         return [], tint
-    return forbidden_legend(draw_forbidden(axes, piece, standing)), tint
+    return forbidden_legend(draw_forbidden(axes, piece, standing), standing), tint
 
 
 def _path(axes: Axes, trace: Trace, driven: F64, sensed: F64 | None) -> Any:

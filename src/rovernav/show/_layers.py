@@ -78,9 +78,10 @@ def draw_layer(
         heading(figure, f"{terrain.name}: {layer.name}")
         text = [*textwrap.wrap(layer.words, 38), "", *textwrap.wrap(layer.formula, 38)]
         figure.text(0.735, 0.915, "\n".join(text), fontsize=9, va="top", parse_math=False)
-        if reasons:
+        if reasons and standing is not None:
             figure.legend(
-                handles=forbidden_legend(reasons), loc="upper left", bbox_to_anchor=(0.722, 0.6),
+                handles=forbidden_legend(reasons, standing), loc="upper left",
+                bbox_to_anchor=(0.722, 0.6),
                 frameon=False, title="Where the rover cannot stand", alignment="left",
             )  # fmt: skip
         bar = f"{layer.name} [{unit}]" if unit != "1" else layer.name

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core import F64, Frame, InputError
-from ..rover import Reason
+from ..rover import Reason, Standing
 from ..terrain import Terrain, true_north
 from ._canvas import INK
 from ._relief import UNSEEN, WHY, Window
@@ -121,15 +121,19 @@ def overview(axes: Axes, terrain: Terrain, window: Window) -> None:
     axes.set_title(f"the whole map, {size}", fontsize=8.5)
 
 
-def forbidden_legend(reasons: Sequence[Reason]) -> list[Any]:
-    """Legend entries for the reasons that occur."""
+def forbidden_legend(reasons: Sequence[Reason], standing: Standing) -> list[Any]:
+    """Legend entries for the reasons that occur; on a plain map missing cells are blocked ones."""
     from matplotlib.colors import to_rgba
     from matplotlib.patches import Patch
 
+    words = {Reason.NO_DATA: "not free on the map"} if standing.plain else {}
     return [
-        Patch(facecolor=to_rgba(WHY[why][0], WHY[why][1]), edgecolor="#888888", label=WHY[why][2])
+        Patch(
+            facecolor=to_rgba(WHY[why][0], WHY[why][1]), edgecolor="#888888",
+            label=words.get(why, WHY[why][2]),
+        )
         for why in reasons
-    ]
+    ]  # fmt: skip
 
 
 def unseen_legend() -> Any:
@@ -152,7 +156,8 @@ def origin_words(terrain: Terrain) -> str:
     """Where the local metres lie on the map of the whole body."""
     x, y = terrain.frame.origin
     if terrain.frame.crs is None:
-        return "Local metres; the map has no coordinate system."
+        moved = f"; local (0, 0) is ({x:.6g}, {y:.6g}) there" if (x, y) != (0.0, 0.0) else ""
+        return f"Local metres; the map has no coordinate system{moved}."
     named = re.search(r'"([^"]*)"', terrain.frame.crs)
     name = named.group(1) if named else "its coordinate system"
     if terrain.frame.axes[0][0] < 0.01:  # degrees

@@ -74,7 +74,7 @@ def draw_route(
         legend = []
         if ground is not None:
             standing = ground.hazards.standing
-            legend = forbidden_legend(draw_forbidden(axes, piece, standing))
+            legend = forbidden_legend(draw_forbidden(axes, piece, standing), standing)
             if draw_unseen(axes, piece, standing):
                 legend.append(unseen_legend())
             _draw_zones(axes, ground)
@@ -91,7 +91,8 @@ def draw_route(
         overview(whole, terrain, window)
         handles = [*axes.get_legend_handles_labels()[0], *legend]
         figure.legend(handles=handles, bbox_to_anchor=(SIDE - 0.015, 0.56), **LEGEND)
-        colour_bar(figure, (SIDE, 0.125, WIDE, 0.02), tint, "elevation [m]")
+        if not terrain.plain:
+            colour_bar(figure, (SIDE, 0.125, WIDE, 0.02), tint, "elevation [m]")
         footer(figure, origin_words(terrain))
 
     return picture(path, (11.0, 7.4), draw)

@@ -11,7 +11,7 @@ from ..rover import Reason, Standing
 from ..terrain import Terrain
 from ._canvas import footer, heading, in_metres, picture
 from ._map import colour_bar, forbidden_legend, northward, origin_words, scale_bar
-from ._relief import WHY, draw_forbidden, draw_relief, piece_of
+from ._relief import draw_forbidden, draw_relief, piece_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,7 +51,8 @@ def draw_terrain(
                 handles=legend, loc="upper left", bbox_to_anchor=(0.722, 0.77), frameon=False,
                 title="Where the rover can stand", alignment="left", labelspacing=0.75,
             )  # fmt: skip
-        colour_bar(figure, (0.735, 0.125, 0.24, 0.02), tint, "elevation [m]")
+        if not terrain.plain:
+            colour_bar(figure, (0.735, 0.125, 0.24, 0.02), tint, "elevation [m]")
         footer(figure, origin_words(terrain))
 
     return picture(path, (10.6, 7.4), draw)
@@ -74,9 +75,9 @@ def _legend(reasons: list[Reason], standing: Standing) -> list[Any]:
     from matplotlib.patches import Patch
 
     share = standing.share_by_reason()
-    handles = forbidden_legend(reasons)
+    handles = forbidden_legend(reasons, standing)
     for why, handle in zip(reasons, handles, strict=True):
-        handle.set_label(f"{_percent(share[why.name.lower()])}  {WHY[why][2]}")
+        handle.set_label(f"{_percent(share[why.name.lower()])}  {handle.get_label()}")
     free = f"{_percent(share['free'])}  free to drive"
     return [Patch(facecolor="#b9b9b9", edgecolor="#888888", label=free), *handles]
 

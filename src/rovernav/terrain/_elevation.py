@@ -23,6 +23,9 @@ class Terrain:
             to 0.2 mm only; above a float64 offset they keep micrometres.
         name: Short name for titles and file names.
         source: Where the heights come from, for reports.
+        plain: Whether this is a map of free and blocked cells: level ground, without a height where
+            something stands or nothing is known. What is missing then says nothing of its
+            neighbours.
     """
 
     frame: Frame
@@ -30,6 +33,7 @@ class Terrain:
     offset: float
     name: str
     source: str
+    plain: bool = False
 
     def _check(self) -> None:
         if self.height.dtype != np.float32 or self.height.shape != self.frame.shape:
@@ -43,7 +47,9 @@ class Terrain:
             object.__setattr__(self, "height", contiguous)
 
     @classmethod
-    def from_heights(cls, heights: Any, frame: Frame, *, name: str, source: str) -> Terrain:
+    def from_heights(
+        cls, heights: Any, frame: Frame, *, name: str, source: str, plain: bool = False
+    ) -> Terrain:
         """A terrain from absolute heights (h, w) [m], row 0 south, NaN where there is no data.
 
         Raises:
@@ -55,7 +61,12 @@ class Terrain:
         offset = float(np.floor(lowest))
         short = np.empty(heights.shape, np.float32)
         np.subtract(heights, offset, out=short, dtype=np.float64, casting="unsafe")
-        return cls(frame=frame, height=short, offset=offset, name=name, source=source)
+        return cls(frame=frame, height=short, offset=offset, name=name, source=source, plain=plain)
+
+    @property
+    def whole(self) -> F32:
+        """The heights (h, w) over `offset` [m], level also under what stands on a `plain`."""
+        return np.nan_to_num(self.height) if self.plain else self.height
 
     @property
     def finite(self) -> float:

@@ -69,6 +69,7 @@ class Raster:
         placing: Where the file's own posts lie.
         posts: What reads them.
         lattice: How the grid lies over the posts.
+        plain: Whether it is a map of free and blocked cells; see `Terrain`.
     """
 
     path: Path
@@ -80,6 +81,7 @@ class Raster:
     placing: Placing
     posts: Posts
     lattice: Lattice
+    plain: bool = False
 
     @classmethod
     def over(
@@ -179,7 +181,9 @@ class Raster:
         frame = self.frame.part(window.row, window.column, heights.shape, factor)
         how = f", {factor} x {factor} cells averaged" if factor > 1 else ""
         how = f", resampled to true metres{how}" if self.resampled else how
-        return Terrain.from_heights(heights, frame, name=self.name, source=self.source + how)
+        return Terrain.from_heights(
+            heights, frame, name=self.name, source=self.source + how, plain=self.plain
+        )
 
     def heights(
         self, window: Window, factor: int = 1, *, on_progress: Progress | None = None

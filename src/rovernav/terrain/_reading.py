@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from pathlib import Path
@@ -14,9 +15,11 @@ from ._gdal import REMOTE, Options, Range, read_gdal
 from ._raster import Bounds, Progress, Raster
 
 META = "meta.json"
+MAP = "map"
 KINDS = (
     "GeoTIFF (.tif), PDS or ISIS image, ASCII grid (.asc), NumPy array (.npy, .npz), table of "
-    "numbers (.csv, .txt), PNG with --heights, or a folder with meta.json and heights.bin"
+    "numbers (.csv, .txt), PNG with --heights, a folder with meta.json and heights.bin, or a map "
+    "(ROS .yaml, BARN .world)"
 )
 
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
@@ -46,6 +49,7 @@ def read_terrain(
     table of numbers (.csv, .txt)       one row of the grid per line; needs `cell`
     PNG of 8 or 16 bits                 needs `heights` and `cell`
     folder, its meta.json, heights.bin  raw 16-bit heights with a description
+    ROS map (.yaml), BARN world         free and blocked cells: level ground, see `Terrain.plain`
     ==================================  ============================================================
 
     Args:
@@ -126,12 +130,14 @@ def _open(path: Path, given: Options) -> Raster:
         return Raster.over(placing, posts, path=path, kind=DRIVERS[kind])
     path, (placing, posts) = read(path, given)
     name = path.parent.resolve().name if path.name == META else path.stem
-    return Raster.over(placing, posts, path=path, kind=kind, name=name)
+    raster = Raster.over(placing, posts, path=path, kind=kind, name=name)
+    return dataclasses.replace(raster, plain=kind == MAP)
 
 
 def _kind(path: Path, head: bytes) -> tuple[str, Any]:
     """The driver that opens a file; or what it is, and what reads it."""
     from . import _grids
+    from ._plain import is_plain, read_plain
 
     driver = _driver(head)
     if driver is not None:
@@ -149,7 +155,9 @@ def _kind(path: Path, head: bytes) -> tuple[str, Any]:
     if table:
         by = (table[1] or b"").decode() or None
         return "table", lambda path, given: (path, _grids.read_table(path, given, separator=by))
-    raise FileError(f"{path} {_what_it_is(head)}; give a {KINDS}")
+    if is_plain(path, head):
+        return MAP, lambda path, given: (path, read_plain(path, given))
+    raise FileError(f"{path} {_what_it_is(path, head)}")
 
 
 def _driver(head: bytes) -> str | None:
@@ -180,9 +188,18 @@ def _head(path: Path) -> bytes:
         raise FileError(f"cannot read the elevation file {path}: {error}") from None
 
 
-def _what_it_is(head: bytes) -> str:
+def _what_it_is(path: Path, head: bytes) -> str:
+    """What is wrong with a file that is no ground, and what to give instead."""
+    from ._plain import beside
+
+    if head[:2] in (b"P2", b"P5", b"P6"):
+        own = beside(path)
+        named = f"give {own}" if own else "give its .yaml file, which says how large a cell is"
+        return f"is the picture of a map; {named}"
     if not head:
-        return "is empty"
-    if b"<VRTDataset" in head:
-        return "is a VRT that only points to other files (gdal_translate IN OUT.tif makes one file)"
-    return f"is not an elevation file: it begins with {head[:12]!r}"
+        said = "is empty"
+    elif b"<VRTDataset" in head:
+        said = "is a VRT that only points to other files (gdal_translate IN OUT.tif makes one file)"
+    else:
+        said = f"is not an elevation file: it begins with {head[:12]!r}"
+    return f"{said}; give a {KINDS}"

@@ -66,7 +66,7 @@ def planes_over(terrain: Terrain, length: float) -> Planes:
     reach = _reach(length, terrain)
     h, w = terrain.frame.shape
     whole = np.empty((3, h, w), np.float32)
-    k.plane(terrain.height, terrain.frame.cell, reach, whole)
+    k.plane(terrain.whole, terrain.frame.cell, reach, whole)
     for grid in whole:
         _spread(grid, reach)
     return Planes(east=whole[0], north=whole[1], rms=whole[2], posts=2 * reach + 1)
@@ -100,7 +100,7 @@ def ledge_height(terrain: Terrain, *, within: float = 0.0, steeper: float = 0.0)
     """
     out = np.empty(terrain.frame.shape, np.float32)
     reach = max(1, round(within / terrain.frame.cell))
-    k.ledge(terrain.height, reach, math.tan(steeper) * terrain.frame.cell, out)
+    k.ledge(terrain.whole, reach, math.tan(steeper) * terrain.frame.cell, out)
     return out
 
 

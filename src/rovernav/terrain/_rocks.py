@@ -192,6 +192,7 @@ def with_rocks(terrain: Terrain, rocks: Rocks) -> Terrain:
         offset=terrain.offset,
         name=f"{terrain.name}-rocks",
         source=f"{terrain.source}; {len(rocks)} rocks",
+        plain=terrain.plain,
     )
 
 
