@@ -24,7 +24,7 @@ from ._map import (
     window_around,
 )
 from ._relief import Window, draw_forbidden, draw_relief, piece_of
-from ._words import BELIEF, VERMILION, amount, end_colour, end_marker, end_words, path_of
+from ._words import BELIEF, BLUE, amount, end_colour, end_marker, end_words, path_of
 from ._worlds import draw_boxes, draw_shapes
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
             draw_shapes(axes, worlds, labelled=not len(worlds.boxes))
         line = _path(axes, trace, driven, sensed)
         if route is not None and len(route):
-            axes.plot(*route.T, "-", color=VERMILION, lw=1.4, zorder=4.5, label="route given")
+            axes.plot(*route.T, "-", color=BLUE, lw=1.6, zorder=4.5, label="route given")
         draw_belief(axes, trace)
         if trace.attitude is not None:
             _worst_tilt(axes, trace.attitude[: len(driven), 0], driven)
