@@ -58,13 +58,14 @@ def test_patches_equal_their_twin(rng: np.random.Generator) -> None:
 
 def test_hole_sensors_equal_their_twin(rng: np.random.Generator) -> None:
     worlds, mission, state = there(rng)
-    sensor = HoleSensor()
+    sensor = HoleSensor(down=(0.7, 0.9))
     got, memory = sensor.read(worlds, state, sensor.start(mission, rng))
-    mounts, beam, read = sensor._mounts, (sensor.down, FAR * sensor.curve.reach), set[float]()
+    beams = list(zip(sensor.mounts, sensor.angles, strict=True))
+    reach, read = FAR * sensor.curve.reach, set[float]()
     for k in range(N):
         if np.isnan(ground_at(layer(worlds, k), CELL, *state.pose[k, :2])):
             continue
-        far = seeing.down(layer(worlds, k), CELL, state.pose[k], state.attitude[k], mounts, beam)
+        far = seeing.down(layer(worlds, k), CELL, state.pose[k], state.attitude[k], beams, reach)
         assert_allclose(got[k], seeing.infrared(far, int(memory.keys[k]), 1, sensor.curve))
         read |= set(got[k])
     assert len(read) > 10
