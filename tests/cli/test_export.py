@@ -33,6 +33,16 @@ def test_a_table_of_everything(trace: str) -> None:
     assert rows[-1]["outcome"] == "reached"
 
 
+def test_the_folder_of_a_drive_will_do(trace: str) -> None:
+    folder = Path(trace).parent
+    assert tell("export", folder, "--to", "t.csv")["trace"] == trace
+    Path("empty").mkdir()
+    said = run("export", "empty", "--to", "t.csv")
+    assert (said.code, said.out) == (2, "")
+    assert "there is no" in said.err
+    assert "empty/trace.npz" in said.err
+
+
 def test_a_map_of_all_drives(trace: str) -> None:
     tell("export", trace, "--to", "t.geojson")
     whole = json.loads(Path("t.geojson").read_text())

@@ -154,6 +154,10 @@ def test_maps_that_are_no_ground_say_why(tmp_path: Path) -> None:
         read_terrain(path, south_first=True)
     with pytest.raises(FileError, match=r"map.pgm is the picture of a map; give .*map.yaml"):
         read_terrain(path.with_suffix(".pgm"))
+    scenario = tmp_path / "drive.yaml"
+    scenario.write_text("from: [0, 0]\nto: [1, 0]\n")
+    with pytest.raises(FileError, match=r"drive.yaml is no map, for it names no image; give a ROS"):
+        read_terrain(scenario)
     path.unlink()
     with pytest.raises(FileError, match=r"map.pgm is the picture of a map; give its .yaml file"):
         read_terrain(path.with_suffix(".pgm"))

@@ -21,7 +21,7 @@ Tell = Callable[[float, str], None]
 
 
 def export(
-    trace: Annotated[InFile, Parameter(help="The trace.npz of a drive.")],
+    trace: Annotated[InFile, Parameter(help="The trace.npz of a drive, or its folder.")],
     /,
     *,
     to: Annotated[
@@ -48,6 +48,7 @@ def export(
     suffix = to.suffix.lower()
     if suffix not in _WRITERS:
         raise SettingError(f"--to {to}: no such form {suffix!r}; {suggest(suffix, _WRITERS)}")
+    trace = trace / "trace.npz" if trace.is_dir() else trace
     keep_apart({"--to": to}, [trace])
     with progress_bar("writing") as update:
         loaded = load_trace(trace)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core import FileError, SettingError
+from ..core import FileError, SettingError, read_yaml
 from ..core.frame import PLAIN
 from ._gdal import Options, refuse_cell
 from ._occupancy import read_occupancy
@@ -27,6 +27,12 @@ def read_plain(path: Path, given: Options) -> tuple[Placing, ArrayPosts]:
         FileError: Missing or damaged, turned against the axes, or without a free cell.
         SettingError: A cell or an order of rows for a file that has its own.
     """
+    yaml = path.suffix.lower() in (".yaml", ".yml")
+    if yaml and "image" not in read_yaml(path, what="map"):
+        raise FileError(
+            f"{path} is no map, for it names no image; give a ROS map or an elevation model, and "
+            "a scenario file to rovernav drive alone"
+        )
     found = read_occupancy(path)
     frame = found.frame
     refuse_cell(path, given.cell, frame.cell)
