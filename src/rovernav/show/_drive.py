@@ -31,6 +31,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+FEW = 9
+"""Lines of a legend that may stand at ease."""
+
 
 def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
     trace: Trace,
@@ -95,7 +98,8 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
         heading(figure, f"{title or terrain.name}: {_summary(trace)}")
         _side(figure, terrain, window)
         handles = [*axes.get_legend_handles_labels()[0], *extra]
-        figure.legend(handles=handles, bbox_to_anchor=(SIDE - 0.015, 0.58), **LEGEND)
+        spaced: dict[str, Any] = LEGEND if len(handles) <= FEW else {**LEGEND, "labelspacing": 0.45}
+        figure.legend(handles=handles, bbox_to_anchor=(SIDE - 0.015, 0.58), **spaced)
         colour_bar(figure, (SIDE, 0.215, WIDE, 0.02), line, "time since the start [s]")
         if not terrain.plain:
             colour_bar(figure, (SIDE, 0.105, WIDE, 0.02), tint, "elevation [m]")
