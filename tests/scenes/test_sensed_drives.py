@@ -144,8 +144,8 @@ def test_rocks_that_stop_a_rover_are_seen_by_eyes_though_no_fan_marks_them() -> 
 
 @pytest.mark.long
 def test_rovers_arrive_over_rocks_by_whatever_they_see_with() -> None:
-    """24 drives each; what is asserted leaves room below what was measured."""
-    for sensing, least in (("lidar", 20), ("sonar", 18), ("stereo", 18), ("stereo+holes", 18)):
+    """24 drives each; 21, 19, 21 and 21 arrived when this was written."""
+    for sensing, least in (("lidar", 19), ("sonar", 17), ("stereo", 19), ("stereo+holes", 19)):
         ends = Counter[Outcome]()
         for seed in range(24):
             scene = rocky(seed, sensing=sensing)
