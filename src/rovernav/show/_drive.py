@@ -201,8 +201,10 @@ def _edge_of_the_seen(axes: Axes, seen: F64, window: Window) -> None:
     edges = [np.arange(low, high + cell, cell) for low, high in ((west, east), (south, north))]
     count, _, _ = np.histogram2d(*seen.T, bins=edges)
     middles = [(each[:-1] + each[1:]) / 2.0 for each in edges]
-    axes.contour(*middles, (count > 0).T.astype(float), levels=[0.5], colors=BLUE, linestyles=":", linewidths=1.3,
-                 zorder=3)  # fmt: skip
+    axes.contour(
+        *middles, (count > 0).T.astype(float), levels=[0.5], colors=BLUE, linestyles=":",
+        linewidths=1.3, zorder=3,
+    )  # fmt: skip
     axes.plot([], [], ":", color=BLUE, lw=1.3, label="edge of the ground that its eyes saw")
 
 
