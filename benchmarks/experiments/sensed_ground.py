@@ -3,7 +3,7 @@
     python benchmarks/experiments/sensed_ground.py pictures    # patch.png and hazard-map.png
     python benchmarks/experiments/sensed_ground.py drives [N]  # the table of docs/sensors.md
 
-The second goes on with what sensed_ground.jsonl holds: delete it to drive anew.
+The second goes on with what build/sensed_ground.jsonl holds: delete it to drive anew.
 
 The drives: N worlds of 60 x 60 m (hills, 30 craters, rocks over 2 %), a research rover with a body
 that settles, 57 m from corner to corner, by the neural driver and by the planner that taught it.
@@ -39,7 +39,7 @@ WAYS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("a lidar, drift", {"sensing": "lidar", "drift": True}),
     ("a pair of eyes, drift", {"sensing": "stereo", "drift": True}),
 )
-RESULTS = Path(__file__).with_name("sensed_ground.jsonl")
+RESULTS = Path(__file__).resolve().parents[1] / "build" / "sensed_ground.jsonl"
 """Every drive, a line each."""
 
 
@@ -105,13 +105,14 @@ def kept() -> list[dict[str, Any]]:
 def keep(row: dict[str, Any]) -> None:
     """Add a drive to the file."""
     print(*row.values(), flush=True)
+    RESULTS.parent.mkdir(exist_ok=True)
     with RESULTS.open("a") as file:
         file.write(json.dumps(row) + "\n")
 
 
 def table() -> None:
     """Print what the file holds with 95 % intervals: Wilson's for shares, a bootstrap for means."""
-    print("\n| sees with | driver | reached | astray | ended badly | late | end to goal | energy |")
+    print("\n| sees with | driver | reached | ended badly | late | astray | off by | energy |")
     print("|---|---|---|---|---|---|---|---|")
     rows = kept()
     for name, _ in WAYS:
@@ -127,12 +128,13 @@ def figures(some: list[dict[str, Any]]) -> list[str]:
     n, calm = len(ends), ("reached", "astray", "timed_out")
     reached, bad = ends.count("reached"), sum(end not in calm for end in ends)
     low, high = wilson(reached, n)
-    far = interval([row["far_m"] for row in some if row["end"] != "reached"])
+    far = interval([row["far_m"] for row in some if row["end"] == "astray"])
     spent = interval([row["energy_kj"] for row in some if row["end"] == "reached"])
     return [
-        f"{reached} of {n} ({low:.0%} to {high:.0%})", str(ends.count("astray")),
+        f"{reached} of {n} ({low:.0%} to {high:.0%})",
         f"{bad} ({' to '.join(f'{share:.0%}' for share in wilson(bad, n))})",
-        str(ends.count("timed_out")), f"{far} m" if far else "", f"{spent} kJ" if spent else "",
+        str(ends.count("timed_out")), str(ends.count("astray")), f"{far} m" if far else "",
+        f"{spent} kJ" if spent else "",
     ]  # fmt: skip
 
 

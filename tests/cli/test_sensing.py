@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +65,15 @@ def test_a_rover_led_astray_says_so_and_by_how_much(ground: str) -> None:
     said = run(*words).out
     assert f"its odometry was {told['believed_off_m']:.2f} m off" in said
     assert "believed itself at the goal and stopped" in said
+    run("export", told["files"][3], "--to", "page.html")
+    page = Path("page.html").read_text(encoding="utf-8")
+    found = re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.DOTALL)
+    assert found is not None
+    data = json.loads(found[1])
+    was, thought = data["rovers"]
+    assert was["colour"] != thought["colour"]
+    assert thought["count"] == len(believed)
+    assert f"at last {told['believed_off_m']:.1f} m off" in data["words"]
     ideal = tell(*words[: words.index("--drift")])
     assert ideal["believed_off_m"] is None
 

@@ -11,7 +11,16 @@ from PIL import Image
 from rovernav.core import Frame, InputError
 from rovernav.rover import read_rover
 from rovernav.show import draw_movie
-from rovernav.sim import DifferentialDrive, RangeFan, Trace, Worlds, simulate
+from rovernav.sim import (
+    DifferentialDrive,
+    Drift,
+    Odometry,
+    Patch,
+    RangeFan,
+    Trace,
+    Worlds,
+    simulate,
+)
 from rovernav.terrain import Terrain
 from tests.sim.drives import Always, drive
 
@@ -93,3 +102,20 @@ def test_what_cannot_be_a_movie_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="two frames or more, got 1"):
         draw_movie(driven()[0], tmp_path / "a.gif", frames=1)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_it_believes_and_what_its_eyes_see_is_shown(tmp_path: Path) -> None:
+    eyes, odometry = Patch(far=3.0, cell=0.3), Odometry(Drift(scale=0.3))
+    set_up = drive(Always(0.25, 0.0, 0.0), sensors=(eyes, odometry), limit=9.0)
+    trace = simulate(set_up, seed=1)
+    plain = frames(draw_movie(trace, tmp_path / "a.gif"))[6]
+    seeing = frames(draw_movie(trace, tmp_path / "b.gif", sensors=(eyes,)))[6]
+    assert orange(plain) > 40
+    alone = simulate(drive(Always(0.25, 0.0, 0.0), limit=9.0), seed=1)
+    assert orange(frames(draw_movie(alone, tmp_path / "c.gif"))[6]) < orange(plain)
+    assert 50 < (np.abs(plain - seeing).max(axis=2) > 40).sum() < 0.3 * plain[..., 0].size
+
+
+def orange(frame: np.ndarray) -> int:
+    """Pixels in about the colour of what is believed."""
+    return int((np.abs(frame - (230, 159, 0)).max(axis=2) < 30).sum())

@@ -267,7 +267,8 @@ def _write(files: list[Path], scene: Scene | Ground, trace: Trace, way: Any) -> 
     if isinstance(scene, Ground):
         draw_drive(
             trace, picture, terrain=scene.terrain, standing=scene.standing,
-            sensed=_sensed(scene, trace), worlds=scene.scene.worlds, route=way,
+            sensed=_sensed(scene, trace), seen=_seen(scene, trace), worlds=scene.scene.worlds,
+            route=way,
         )  # fmt: skip
     else:
         draw_worlds(trace, scene.worlds, picture, columns=1)
@@ -286,6 +287,24 @@ def _sensed(scene: Ground, trace: Trace) -> Any:
         return None
     fan, every = fans[0], 1 + steps * len(fans[0].angles) // 20_000
     return fan.points(trace.pose[:steps:every, 0], trace.channels[fan.name][:steps:every, 0])
+
+
+def _seen(scene: Ground, trace: Trace) -> Any:
+    """Places whose heights the eyes told, at most some million; None without eyes."""
+    import numpy as np
+
+    from ..sim import Patch
+
+    eyes = [each for each in scene.scene.sensors if isinstance(each, Patch)]
+    steps = int(trace.steps[0])
+    if not eyes or not steps:
+        return None
+    every = 1 + steps * len(eyes[0].places) // 1_000_000
+    forward, left = eyes[0].places.T
+    x, y, a = trace.pose[:steps:every, 0, :, None].transpose(1, 0, 2)
+    c, s = np.cos(a), np.sin(a)
+    places = np.stack([x + c * forward - s * left, y + s * forward + c * left], axis=2)
+    return places[np.isfinite(trace.channels[eyes[0].name][:steps:every, 0])]
 
 
 def print_drive(report: dict[str, Any], title: str) -> None:

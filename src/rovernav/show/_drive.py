@@ -24,12 +24,15 @@ from ._map import (
     window_around,
 )
 from ._relief import Window, draw_forbidden, draw_relief, piece_of
-from ._words import BELIEF, BLUE, amount, end_colour, end_marker, end_words, path_of
+from ._words import BELIEF, BLUE, SKY, amount, end_colour, end_marker, end_words, path_of
 from ._worlds import draw_boxes, draw_shapes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+FEW = 9
+"""Lines of a legend that may stand at ease."""
 
 
 def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
@@ -39,6 +42,7 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
     terrain: Terrain,
     standing: Standing | None = None,
     sensed: F64 | None = None,
+    seen: F64 | None = None,
     worlds: Worlds | None = None,
     route: F64 | None = None,
     title: str | None = None,
@@ -53,6 +57,7 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
         terrain: The ground.
         standing: Where the rover could stand, drawn by reason.
         sensed: Points (m, 2) that the rover's beams met [m].
+        seen: Places (m, 2) whose heights its eyes told [m]; the edge of all of them is drawn.
         worlds: Where it was driven, for the obstacles that somebody drew.
         route: Points (k, 2) [m] of the route that it was given.
         title: Instead of the terrain's name.
@@ -77,19 +82,24 @@ def draw_drive(  # noqa: PLR0913 - each is a layer of the picture, by keyword
         if worlds is not None:
             draw_boxes(axes, worlds)
             draw_shapes(axes, worlds, labelled=not len(worlds.boxes))
+        if seen is not None and len(seen):
+            _edge_of_the_seen(axes, seen, window)
         line = _path(axes, trace, driven, sensed)
         if route is not None and len(route):
             axes.plot(*route.T, "-", color=BLUE, lw=1.6, zorder=4.5, label="route given")
         draw_belief(axes, trace)
         if trace.attitude is not None:
             _worst_tilt(axes, trace.attitude[: len(driven), 0], driven)
+        if trace.slip is not None:
+            _worst_slip(axes, trace.slip[: len(driven), 0, 0], driven)
         scale_bar(axes, window, ends)
         in_metres(axes)
         axes.set(xlim=window[::2], ylim=window[1::2], facecolor="#dddddd")
         heading(figure, f"{title or terrain.name}: {_summary(trace)}")
         _side(figure, terrain, window)
         handles = [*axes.get_legend_handles_labels()[0], *extra]
-        figure.legend(handles=handles, bbox_to_anchor=(SIDE - 0.015, 0.58), **LEGEND)
+        spaced: dict[str, Any] = LEGEND if len(handles) <= FEW else {**LEGEND, "labelspacing": 0.45}
+        figure.legend(handles=handles, bbox_to_anchor=(SIDE - 0.015, 0.58), **spaced)
         colour_bar(figure, (SIDE, 0.215, WIDE, 0.02), line, "time since the start [s]")
         if not terrain.plain:
             colour_bar(figure, (SIDE, 0.105, WIDE, 0.02), tint, "elevation [m]")
@@ -172,6 +182,30 @@ def _worst_tilt(axes: Axes, attitude: F64, driven: F64) -> None:
         *driven[worst], "^", color="#ffd24d", mec="black", mew=1.1, ms=10, zorder=8,
         label=f"most tilted: {angles[worst]:.1f} deg",
     )  # fmt: skip
+
+
+def _worst_slip(axes: Axes, slip: F64, driven: F64) -> None:
+    """Mark where the body slipped most."""
+    worst = int(np.argmax(slip))
+    if slip[worst] > 0.0:
+        axes.plot(
+            *driven[worst], "v", color=SKY, mec="black", mew=1.1, ms=10, zorder=8,
+            label=f"slipped most: {slip[worst]:.0%}",
+        )  # fmt: skip
+
+
+def _edge_of_the_seen(axes: Axes, seen: F64, window: Window) -> None:
+    """Draw the outline of the ground that was seen, on a grid of some two hundred cells."""
+    west, south, east, north = window
+    cell = max(max(east - west, north - south) / 150.0, 0.25)
+    edges = [np.arange(low, high + cell, cell) for low, high in ((west, east), (south, north))]
+    count, _, _ = np.histogram2d(*seen.T, bins=edges)
+    middles = [(each[:-1] + each[1:]) / 2.0 for each in edges]
+    axes.contour(
+        *middles, (count > 0).T.astype(float), levels=[0.5], colors=BLUE, linestyles=":",
+        linewidths=1.3, zorder=3,
+    )  # fmt: skip
+    axes.plot([], [], ":", color=BLUE, lw=1.3, label="edge of the ground that its eyes saw")
 
 
 def _side(figure: Figure, terrain: Terrain, window: Window) -> None:

@@ -74,7 +74,8 @@ def draw_movie(  # noqa: PLR0913 - each is a layer of the picture, by keyword
     stage = Stage(_place(trace, k, driven, title=title, **where))
     fans = [each for each in sensors if _has_beams(each) and each.name in trace.channels]
     steps = _chosen(len(driven) - 1, frames)
-    pictures = (_moment(trace, k, step, driven, fans) for step in steps)
+    eyes = [each for each in sensors if hasattr(each, "places") and each.name in trace.channels]
+    pictures = (_moment(trace, k, step, driven, [*fans, *eyes]) for step in steps)
     shown = _told((stage.frame(moment) for moment in pictures), len(steps), on_event)
     data = _gif(list(shown), _pace(len(steps)))
     write_atomic(path, lambda file: file.write(data))
@@ -119,19 +120,40 @@ def _moment(trace: Trace, k: int, step: int, driven: F64, fans: Sequence[Any]) -
     pose = trace.pose[step, k]
     ends: list[F64] = [np.empty((0, 2))]
     met: list[Any] = [np.empty(0, bool)]
+    seen = None
     for fan in fans:
-        if step < len(trace.channels[fan.name]) and step < last:
+        if hasattr(fan, "places"):
+            seen = _seen(trace, k, step, fan)
+        elif step < len(trace.channels[fan.name]) and step < last:
             reading = np.nan_to_num(trace.channels[fan.name][step, k], nan=0.0)
             turn = pose[2] + fan.angles
             ends.append(pose[:2] + reading[:, None] * np.stack([np.cos(turn), np.sin(turn)], 1))
             met.append((reading < fan.reach) & (reading > 0.0))
+    words, believed = "", trace.believed(k)
+    if believed is not None:
+        believed = believed[: step + 1]
+        off = float(np.hypot(*(believed[-1] - trace.pose[len(believed) - 1, k, :2])))
+        words = f" · believes itself {off:.1f} m off, at the orange mark"
     time = float(trace.time[step, k])
     length = float(np.hypot(*np.diff(driven[: step + 1], axis=0).T).sum())
     more: dict[str, Any] = {"ended": trace.ended(k)} if step == last else {}
     return Moment(
-        path=driven[: step + 1], heading=float(pose[2]), words=f"{time:,.0f} s, {length:,.1f} m",
-        beams=np.concatenate(ends), met=np.concatenate(met), **more,
+        path=driven[: step + 1], heading=float(pose[2]),
+        words=f"{time:,.0f} s, {length:,.1f} m{words}",
+        beams=np.concatenate(ends), met=np.concatenate(met), seen=seen,
+        believed=believed, **more,
     )  # fmt: skip
+
+
+def _seen(trace: Trace, k: int, step: int, eyes: Any) -> F64 | None:
+    """Places (m, 2) [m] whose heights a patch tells at a step, every fifth of them."""
+    if step >= len(trace.channels[eyes.name]):
+        return None
+    x, y, a = trace.pose[step, k]
+    known = np.isfinite(trace.channels[eyes.name][step, k])
+    forward, left = eyes.places[known][::5].T
+    c, s = np.cos(a), np.sin(a)
+    return np.stack([x + c * forward - s * left, y + s * forward + c * left], axis=1)
 
 
 def _told(

@@ -21,7 +21,7 @@ from ._movie import window_of
 from ._raster import data_uri, png
 from ._relief import Window
 from ._surface import surface_of
-from ._words import ORANGE, PALETTE, amount, end_words, path_of
+from ._words import BELIEF, ORANGE, PALETTE, amount, end_words, path_of
 
 TEMPLATE = "page.html"
 POINTS, PIXELS = 224, 768
@@ -78,7 +78,10 @@ def write_page(
         "note": "Flat ground." if terrain is None else origin_words(terrain),
         "ground": _ground(terrain, standing, window),
         "obstacles": _obstacles(worlds, chosen[0], terrain, window),
-        "rovers": [_rover(trace, k, way, terrain) for k, way in zip(chosen, ways, strict=True)],
+        "rovers": [
+            *(_rover(trace, k, way, terrain) for k, way in zip(chosen, ways, strict=True)),
+            *_thought(trace, chosen, terrain),
+        ],
         "body": _body(rover, window),
         "ends": [_ends(trace, k, terrain) for k in chosen],
     }
@@ -102,7 +105,12 @@ def _words(trace: Trace, chosen: list[int]) -> str:
     seconds = float(trace.time[int(trace.steps[k]), k])
     first = f"{end_words(trace.ended(k))} after {float(trace.length[k]):,.1f} m, {seconds:,.0f} s"
     if len(chosen) == 1:
-        return first
+        believed = trace.believed(k)
+        if believed is None:
+            return first
+        off = math.dist(believed[-1], trace.pose[len(believed) - 1, k, :2])
+        told = "Blue: where it was. Orange: where it believed itself"
+        return f"{first}. {told}, at last {off:.1f} m off"
     return f"{amount(len(chosen), 'drive')}; the first {first}"
 
 
@@ -170,8 +178,20 @@ def _rover(trace: Trace, k: int, way: F64, terrain: Terrain | None) -> dict[str,
         tilt = trace.attitude[steps, k, 1:]
     poses = np.column_stack([trace.time[steps, k], way[steps], z, trace.pose[steps, k, 2], tilt])
     colour = list(PALETTE.values())[k % len(PALETTE)]
-    body = ORANGE if len(trace.outcome) == 1 else colour
+    body = ORANGE if len(trace.outcome) == 1 and trace.believed(k) is None else colour
     return {"count": len(steps), "poses": _packed(poses, "<f4"), "colour": colour, "body": body}
+
+
+def _thought(trace: Trace, chosen: list[int], terrain: Terrain | None) -> list[dict[str, Any]]:
+    """The way that the only rover believed to go, as that of another one beside it."""
+    believed = trace.believed(chosen[0]) if len(chosen) == 1 else None
+    if believed is None:
+        return []
+    k, z = chosen[0], _heights(believed, terrain)
+    told = trace.channels["estimate"][: len(believed), k]
+    flat = np.zeros((len(believed), 2))
+    poses = np.column_stack([trace.time[: len(believed), k], believed, z, told[:, 2], flat])
+    return [{"count": len(poses), "poses": _packed(poses, "<f4"), "colour": BELIEF, "body": BELIEF}]
 
 
 def _body(rover: Rover | None, window: Window) -> list[float]:

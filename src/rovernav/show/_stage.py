@@ -14,7 +14,7 @@ from ..terrain import Terrain
 from ._canvas import INK, canvas, heading, in_metres
 from ._map import scale_bar
 from ._relief import Window, draw_forbidden, draw_relief, piece_of
-from ._words import BLUE, ORANGE, PATH, end_colour, end_words
+from ._words import BELIEF, BLUE, ORANGE, PATH, end_colour, end_words
 from ._worlds import draw_boxes, draw_cells, draw_shapes
 
 if TYPE_CHECKING:
@@ -23,12 +23,18 @@ if TYPE_CHECKING:
 DPI = 100
 SIZE = 6.4
 """The longer side of a picture [inch]."""
+HEAD = 1.2
+"""Room for the title, the words and the axis [inch]."""
 SMALLEST = 0.014
 """A rover is drawn at least this large, as a share of the window."""
 POINT = Rover(
     name="point", source="a rover without a size", drive="two-axis", length=0.0, width=0.0,
     wheel_radius=0.0, clearance=0.0, max_slope=1.0, max_step=0.0, speed=1.0, step=1.0,
 )  # fmt: skip
+
+
+NOWHERE = np.empty((0, 2))
+NOWHERE.flags.writeable = False
 
 
 @value
@@ -71,6 +77,8 @@ class Moment:
         beams: Where the beams of range sensors end (b, 2) [m].
         met: Which of them met something (b,), bool.
         ended: How the drive ended, or still drives.
+        believed: The way that the rover believes to have gone (b, 2) [m]; None where it knows.
+        seen: Places whose heights it sees now (m, 2) [m].
     """
 
     path: F64
@@ -79,6 +87,8 @@ class Moment:
     beams: F64
     met: Any
     ended: Outcome = Outcome.DRIVING
+    believed: F64 | None = None
+    seen: F64 | None = None
 
 
 @final
@@ -94,7 +104,10 @@ class Stage:
         self._stack = contextlib.ExitStack()
         west, south, east, north = place.window
         scale = SIZE / max(east - west, north - south)
-        self._size = (max(2.4, scale * (east - west)) + 0.75, max(2.4, scale * (north - south)) + 1)
+        self._size = (
+            max(2.4, scale * (east - west)) + 0.75,
+            max(2.4, scale * (north - south)) + HEAD,
+        )
         with self._opened() as sheet:
             axes = self._ground(sheet)
             self._sheet, self._axes = sheet, axes
@@ -107,7 +120,9 @@ class Stage:
 
     def frame(self, moment: Moment) -> U8:
         """Colours (h, w, 3) of a moment, row 0 at the top."""
-        beams, met, way, body, nose, words = self._parts
+        seen, beams, met, way, thought, body, nose, words = self._parts
+        seen.set_data(*(NOWHERE if moment.seen is None else moment.seen).T)
+        thought.set_data(*(NOWHERE if moment.believed is None else moment.believed).T)
         here = moment.path[-1]
         beams.set_segments([np.stack([here, end]) for end in moment.beams])
         met.set_data(*moment.beams[np.asarray(moment.met, bool)].reshape(-1, 2).T)
@@ -128,7 +143,9 @@ class Stage:
         from matplotlib.patches import Circle
 
         place, (width, height) = self._place, self._size
-        axes = sheet.figure.add_axes((0.62 / width, 0.5 / height, 1 - 0.75 / width, 1 - 1 / height))
+        axes = sheet.figure.add_axes(
+            (0.62 / width, 0.5 / height, 1 - 0.75 / width, 1 - HEAD / height)
+        )
         if place.terrain is not None:
             piece = piece_of(place.terrain, place.window)
             draw_relief(axes, piece)
@@ -151,14 +168,19 @@ class Stage:
         return axes
 
     def _moving(self, axes: Axes) -> tuple[Any, ...]:
-        """Beams, what they met, the way, the body, its nose and the words: drawn for each frame."""
+        """What is drawn for each frame: from what eyes see now to the words above the map."""
         from matplotlib.collections import LineCollection
         from matplotlib.patches import Polygon
 
+        (seen,) = axes.plot([], [], ".", color=BLUE, ms=1.2, alpha=0.6, zorder=3, animated=True)
         beams = LineCollection([], colors=BLUE, lw=0.5, alpha=0.45, zorder=4, animated=True)
         axes.add_collection(beams)
         (met,) = axes.plot([], [], ".", color="black", ms=3.5, zorder=5, animated=True)
         (way,) = axes.plot([], [], color=PATH, lw=2.2, zorder=6, animated=True)
+        (thought,) = axes.plot(
+            [], [], "-D", color=BELIEF, lw=1.6, ms=6, mec="black", mew=0.8, markevery=[-1],
+            zorder=6.5, animated=True,
+        )  # fmt: skip
         body = Polygon(np.zeros((4, 2)), closed=True, ec="black", lw=0.9, zorder=7, animated=True)
         axes.add_patch(body)
         (nose,) = axes.plot([], [], color="black", lw=1.4, zorder=8, animated=True)
@@ -166,7 +188,7 @@ class Stage:
             0.0, 1.012, "", transform=axes.transAxes, va="bottom", fontsize=9.5, zorder=9,
             animated=True,
         )  # fmt: skip
-        return beams, met, way, body, nose, words
+        return seen, beams, met, way, thought, body, nose, words
 
     def _outline(self, here: F64, turn: float) -> F64:
         """Corners (4, 2) of the footprint, the two in front first; never too small to see."""
