@@ -132,6 +132,15 @@ def test_as_short_as_over_all_cells_at_once(
     np.testing.assert_allclose(trip.heights, heights, atol=1e-3)
 
 
+def test_a_way_through_a_froth_is_found(tmp_path: Path, who: Rover) -> None:
+    z = np.zeros((1400, 1400))
+    z[np.random.default_rng(5).random(z.shape) < 0.085] = np.nan  # forbids 55 % of all cells
+    raster = raster_of(tmp_path, z)
+    start, goal = ends_on(plan.going(hazards(raster.read(), who), who))
+    trip = travel_far(Errand(raster, who), [start, goal], block=10, stretch=400.0)
+    assert trip.found
+
+
 def test_least_energy_is_about_that_over_all_cells(tmp_path: Path, who: Rover) -> None:
     raster = raster_of(tmp_path, fractal(240, np.random.default_rng(2)))
     ground = plan.going(hazards(raster.read(), who), who, objective="energy")

@@ -24,7 +24,9 @@ MARGIN = 192
 WIDER, MOST = 2.5, 16_000_000
 """... so many times more where its way touches their edge or there is none, up to so many cells."""
 NEAR = 2.5
-"""A stretch may end so many blocks beside the line over blocks."""
+"""A stretch may end so many blocks beside the line over blocks ..."""
+LOOSE = 0.5
+"""... or, where none of that can be reached in the widest window, this share of its length."""
 
 
 class Errand(NamedTuple):
@@ -196,9 +198,18 @@ def stretch(
         if len(path) and not look.touched(path):
             break
         margin *= WIDER
+    if last is not None and not len(last[0]) and off > 0.0:
+        last = _loosely(last[1], along)
     if last is None or not len(last[0]):
         raise Failed(last[1].window if last is not None else _middle_of(errand, along))
     return last
+
+
+def _loosely(look: Look, along: F64) -> tuple[F64, Look]:
+    """The way to the nearest place to a line's end that can be reached, so that it leads on."""
+    goal = look.near(along[0], along[-1], LOOSE * float(lengths(along)[-1]))
+    found = None if goal is None else look.way(along[0], goal)
+    return (np.empty((0, 2)) if found is None else found.points), look
 
 
 def _as_large(one: Window, other: Window) -> bool:
