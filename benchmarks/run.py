@@ -22,7 +22,7 @@ from harness.worker import find
 
 WORKLOADS = (
     *("online", "sweep", "firstcall", "decision", "minibatch", "dataparallel"),
-    *("plan", "planmaze", "planstart", "hazards", "simulate", "onerover"),
+    *("plan", "planmaze", "planstart", "hazards", "simulate", "simground", "onerover"),
 )
 
 

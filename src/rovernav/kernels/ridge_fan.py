@@ -11,6 +11,7 @@ Symbols: u place along a beam's main axis, v across it [posts]; s rows per colum
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from . import ridge_lanes as lanes
 from . import ridge_lines as lines
 from ._jit import kernel
 from .geometry import MISS
+from .patches import under
 from .ridge_lanes import LANES, march
 from .ridge_lines import judge, set_out
 from .ridge_tops import TopArrays, blocks_of
@@ -93,17 +95,13 @@ def ground_fan(looks: Looks, reach: float, ground: GroundArrays, top: TopArrays,
     Args:
         looks: Who looks where.
         reach: Longest distance along a beam [m].
-        ground: The heights.
+        ground: The heights; the ground is level at 0 where there are none.
         top: Their table; without one every beam takes the plain walk.
         out: Shares (n, b) in [0, 1], MISS where no ground is met.
     """
     shape = (ground.heights.shape[1], ground.heights.shape[2])
     n, count = out.shape
-    if shape[0] == 0:
-        out[:] = MISS
-        return
-    far = reach / ground.cell
-    if not (top.coarse.shape[0] > 0 and far <= _LONGEST):
+    if top.coarse.shape[0] == 0 or shape[0] == 0 or not reach / ground.cell <= _LONGEST:
         for k in range(n):
             for b in range(count):
                 out[k, b] = _plain(looks, k, b, reach, ground)
@@ -179,20 +177,59 @@ def _pool(ways: Any, reach: float, shape: Any, c: float) -> _Pool:
     )
 
 
+@kernel()
+def looks_of(pose: Any, attitude: Any, height: float, ground: GroundArrays, out: Looks) -> None:
+    """Eyes at `height` [m] over the ground under each rover's middle, along the body's own up.
+
+    The body is rolled, pitched and turned, as in `patches.turned`. Where the ground is not known
+    the eye is nowhere (NaN).
+
+    Args:
+        pose: Poses (n, 3).
+        attitude: Height, pitch and roll (n, 3); the height is not used.
+        height: Of the eye [m].
+        ground: The heights; the ground is level at 0 where there are none.
+        out: `eye` and `axes` are written, by `of`.
+    """
+    for k in range(pose.shape[0]):
+        base = under(_layer(out, k, ground), pose[k, 0], pose[k, 1], ground)
+        roll, pitch, heading = attitude[k, 2], attitude[k, 1], pose[k, 2]
+        cr, sr = math.cos(roll), math.sin(roll)
+        cp, sp = math.cos(pitch), math.sin(pitch)
+        ch, sh = math.cos(heading), math.sin(heading)
+        out.axes[k, 0, 0], out.axes[k, 0, 1], out.axes[k, 0, 2] = cp * ch, cp * sh, sp
+        ahead, aside, up = -sp * sr, cr, cp * sr
+        out.axes[k, 1, 0], out.axes[k, 1, 1] = ahead * ch - aside * sh, ahead * sh + aside * ch
+        out.axes[k, 1, 2] = up
+        ahead, aside, up = -sp * cr * height, -sr * height, cp * cr * height
+        out.eye[k, 0] = pose[k, 0] + ahead * ch - aside * sh
+        out.eye[k, 1] = pose[k, 1] + ahead * sh + aside * ch
+        out.eye[k, 2] = base + up
+
+
 @kernel(inline=True)
 def _layer(looks: Looks, k: int, ground: GroundArrays) -> int:
     return looks.of[k] if ground.heights.shape[0] > 1 else 0
 
 
+@kernel(inline=True)
+def _level(z: float, end: float) -> float:
+    """Smallest t at which a line from height z to `end` is at or below 0, or MISS."""
+    if z <= 0.0:
+        return 0.0
+    return z / (z - end) if end <= 0.0 else MISS
+
+
 @kernel()
 def _plain(looks: Looks, k: int, b: int, reach: float, ground: GroundArrays) -> float:
     """The plain walk of one beam."""
-    layer = _layer(looks, k, ground)
+    layer, end = _layer(looks, k, ground), end_of(looks, k, b, reach)
+    if ground.heights.shape[1] == 0:
+        return _level(looks.eye[k, 2], end[2])
     shape = (ground.heights.shape[1], ground.heights.shape[2])
     heights, tops = ground.heights[layer].ravel(), ground.tops[layer]
     a = (looks.eye[k, 0], looks.eye[k, 1], looks.eye[k, 2])
-    b_ = end_of(looks, k, b, reach)
-    return walk(a, b_, ground.cell, shape, heights, tops, ground.levels)
+    return walk(a, end, ground.cell, shape, heights, tops, ground.levels)
 
 
 @kernel()

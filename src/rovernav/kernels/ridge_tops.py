@@ -71,33 +71,48 @@ def fill_tops(heights: Any, c: float, out: TopArrays) -> None:
         low, grain = _scale(heights[g], c)
         out.low[g], out.grain[g] = low, grain
         _patches(heights[g], low, grain, patches)
-        windows[0] = 0
-        for i in range(h + 1):
-            for j in range(w + 1):
-                m, n = i // BLOCK, j // BLOCK
-                windows[0, m, n] = max(windows[0, m, n], patches[i, j])
-        for n in range(1, len(LEAPS)):
-            windows[n] = windows[0]
         for n in range(len(LEAPS)):
+            _blocks(patches, windows[n])
             _widen(windows[n], LEAPS[n] + 1)
-        coarse = out.coarse[g].reshape((4, rows, columns))
         for quadrant in range(4):
-            _pack(windows, quadrant >= 2, quadrant % 2 == 1, codes, coarse[quadrant])
-        out.fine[g, -1] = 0
-        fine = out.fine[g, :-1].reshape((2, h + 1, w + 1))
-        for i in range(h + 1):
-            north = min(i + 1, h)
-            for j in range(w + 1):
-                fine[0, i, j] = max(patches[i, j], patches[north, j])
-                fine[1, i, j] = max(patches[i, j], patches[i, min(j + 1, w)])
+            first = quadrant * rows * columns
+            down, left = quadrant >= 2, quadrant % 2 == 1
+            _pack(windows, down, left, codes, out.coarse[g, first : first + rows * columns])
+        _pairs(patches, out.fine[g])
+
+
+@kernel()
+def _blocks(patches: Any, out: Any) -> None:
+    """The highest patch of each block."""
+    for m in range(out.shape[0]):
+        for n in range(out.shape[1]):
+            out[m, n] = 0
+    for i in range(patches.shape[0]):
+        for j in range(patches.shape[1]):
+            m, n = i // BLOCK, j // BLOCK
+            out[m, n] = max(out[m, n], patches[i, j])
+
+
+@kernel()
+def _pairs(patches: Any, out: Any) -> None:
+    """The higher of each patch and the next one along y, then along x; the last entry is 0."""
+    rows, columns = patches.shape
+    for i in range(rows):
+        for j in range(columns):
+            at = i * columns + j
+            out[at] = max(patches[i, j], patches[min(i + 1, rows - 1), j])
+            out[at + rows * columns] = max(patches[i, j], patches[i, min(j + 1, columns - 1)])
+    out[out.size - 1] = 0
 
 
 @kernel()
 def _scale(heights: Any, c: float) -> tuple[float, float]:
     """The lowest post and the grain [m]; 0 without posts."""
     low, high = np.inf, -np.inf
-    for z in heights.flat:
-        low, high = z if z < low else low, z if z > high else high
+    for i in range(heights.shape[0]):
+        for j in range(heights.shape[1]):
+            z = np.float64(heights[i, j])
+            low, high = z if z < low else low, z if z > high else high
     low, high = (low, high) if low <= high else (0.0, 0.0)
     return low, max((high - low) / MOST, FINEST * c)
 
@@ -125,7 +140,9 @@ def _patches(heights: Any, low: float, grain: float, out: Any) -> None:
     """The highest post of each patch, in grains."""
     h, w = heights.shape
     row = np.empty(w, np.int32)
-    out[:] = 0
+    for i in range(h + 1):
+        for j in range(w + 1):
+            out[i, j] = 0
     for i in range(h):
         for j in range(w):
             z = np.float64(heights[i, j])
@@ -155,7 +172,7 @@ def _widen(window: Any, side: int) -> None:
 @kernel()
 def _pack(windows: Any, down: bool, left: bool, codes: Any, out: Any) -> None:
     """Entries of one quadrant; a window that would begin beyond the edge begins there."""
-    h, w = out.shape
+    h, w = windows.shape[1], windows.shape[2]
     near, middle, far = LEAPS
     for i in range(h):
         i0, i1, i2 = (max(i - near, 0), max(i - middle, 0), max(i - far, 0)) if down else (i, i, i)
@@ -166,4 +183,4 @@ def _pack(windows: Any, down: bool, left: bool, codes: Any, out: Any) -> None:
             top = windows[0, i0, j0]
             more = codes[max(windows[1, i1, j1] - top, 0)]
             most = codes[max(windows[2, i2, j2] - top, 0)]
-            out[i, j] = np.uint32(top) | (np.uint32(more) << 16) | (np.uint32(most) << 24)
+            out[i * w + j] = np.uint32(top) | (np.uint32(more) << 16) | (np.uint32(most) << 24)

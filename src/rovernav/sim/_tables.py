@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from typing import Any
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, finalize
 
 import numpy as np
 
-from ..kernels import rays, ridges
+from ..kernels import rays, ridge_tops, ridges
 from ._world import Grid, Ground
 
 CELLS_PER_BEAM = 36
 """A beam without a table takes as long as this many cells of making one."""
+POSTS_PER_BEAM = 20
+"""The same for a beam over heights, in posts."""
 MOST_ENTRIES = 2**29
-"""Tables of more bytes than this are not made: four to a cell, some more at the edges."""
+"""Tables of more bytes than this are not made: four to a cell, eight to a post."""
 
 _NONE = rays.ConeArrays(free=np.zeros((0, 0), np.uint8))
 _FLAT = ridges.GroundArrays(
@@ -83,3 +85,41 @@ def ground_of(ground: Ground | None) -> ridges.GroundArrays:
         )
         _grounds[ground] = kept
     return kept
+
+
+class _KeptTops:
+    """The table of heights, and how many beams did without."""
+
+    def __init__(self, heights: Any) -> None:
+        self.beams = 0
+        self.size = int(heights.size)
+        self.fits = 8 * self.size <= MOST_ENTRIES and not bool(np.isinf(heights).any())
+        self.tops: ridge_tops.TopArrays = _NO_TOPS
+
+
+_NO_TOPS = ridge_tops.empty_tops(0, 0, 0)
+_tops: dict[int, _KeptTops] = {}
+
+
+def tops_of(ground: ridges.GroundArrays, *, beams: int) -> ridge_tops.TopArrays:
+    """How high ground is at most in windows; empty where it does not pay yet, as in `cones_of`.
+
+    Args:
+        ground: The heights as beams see them; the table goes when these go.
+        beams: How many are to be cast now.
+    """
+    heights = ground.heights
+    if heights.size == 0:
+        return _NO_TOPS
+    kept = _tops.get(id(heights))
+    if kept is None:
+        kept = _tops[id(heights)] = _KeptTops(heights)
+        finalize(heights, _tops.pop, id(heights), None)
+    kept.beams += beams
+    if kept.fits and not len(kept.tops.coarse) and kept.beams * POSTS_PER_BEAM >= kept.size:
+        made = ridge_tops.empty_tops(*heights.shape)
+        ridge_tops.fill_tops(heights, ground.cell, made)
+        for array in made:
+            array.flags.writeable = False
+        kept.tops = made
+    return kept.tops
