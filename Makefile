@@ -28,7 +28,7 @@ test: setup ## checks, pages, then the fast lane of tests
 	@$(MAKE) --no-print-directory lane
 
 lane: setup
-	@$(PYTEST)
+	@$(PYTEST) $(if $(CI),--durations=25 --durations-min=2)
 
 long: setup ## all that takes minutes: oracles, fuzz, soaks, kernels without JIT and with bounds checks
 	@echo "lane: kernels as plain Python"

@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rovernav.cli import _console
 from rovernav.cli._app import COMMANDS
 from rovernav.cli._template import TEMPLATE
+from rovernav.kernels import news
 from rovernav.rover import presets
 from rovernav.scenes import Scenario, read_scenario
 from tests.cli.runner import run, tell, write_ground
@@ -224,3 +226,18 @@ def test_a_full_disk_is_no_mistake_either(
     assert (said.code, said.out) == (code, "")
     assert said.err.startswith("error: cannot write rovernav-train/network.safetensors: ")
     assert list(Path("rovernav-train").iterdir()) == []
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_a_terminal_hears_once_that_kernels_are_compiled(
+    terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(_console, "_is_terminal", lambda: terminal)
+    _console.announce_compiling()
+    _console.announce_compiling()  # a second command in the same process
+    news.tell("one")
+    news.tell("another")
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("compiling kernels for this machine") == terminal
+    assert not news.LISTENERS

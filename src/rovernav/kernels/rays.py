@@ -77,11 +77,12 @@ def free_cones(blocked: Any, out: Any) -> None:
     rest = TILE * TILE * _tiles(h) * _tiles(w + _PADS)
     out[:] = 0
     for g in range(blocked.shape[0]):
-        turned = np.ascontiguousarray(blocked[g].T)
+        upright = blocked[g].copy()  # read-only cells would compile `_cones` a second time
+        turned = np.ascontiguousarray(upright.T)
         for way in range(2):
             _cones(turned, way == 0, out[g, way * half : (way + 1) * half])
             begin = 2 * half + way * rest
-            _cones(blocked[g], way == 0, out[g, begin : begin + rest])
+            _cones(upright, way == 0, out[g, begin : begin + rest])
 
 
 @kernel()
