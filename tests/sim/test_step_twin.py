@@ -156,5 +156,6 @@ def test_every_way_to_end_is_decided_as_by_the_twin() -> None:
     rover = dataclasses.replace(LOWER, max_step=0.2)
     counts = drive(Body(rover, period=0.5, soil="loose-sand", parts=2), worlds, mission,
                    lambda _: told, 0)  # fmt: skip
-    assert set(counts) >= {outcome.label for outcome in Outcome}, counts
+    body_decides = set(Outcome) - {Outcome.ASTRAY}  # what a rover believes is no matter of a body
+    assert set(counts) >= {outcome.label for outcome in body_decides}, counts
     assert counts["unsure"] <= 3, counts
