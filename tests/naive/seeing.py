@@ -36,10 +36,10 @@ def down(z, cell, pose, attitude, mounts, beam):
     """How far it is along beams that look ahead and down from a body that stands so."""
     spin = settle.rotation(attitude[1], attitude[2], pose[2])
     foot = np.array([pose[0], pose[1], ground_at(z, cell, pose[0], pose[1])])
-    angle, reach = beam
-    way = spin @ np.array([math.cos(angle), 0.0, -math.sin(angle)])
+    angles, reach = beam
     out = []
-    for mount in mounts:
+    for mount, angle in zip(mounts, angles, strict=True):
+        way = spin @ np.array([math.cos(angle), 0.0, -math.sin(angle)])
         eye = foot + spin @ np.array(mount)
         t = ridges.first_rise(eye, eye + reach * way, z, cell)
         out.append(reach if t is None else reach * t)

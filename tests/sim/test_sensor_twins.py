@@ -60,7 +60,7 @@ def test_hole_sensors_equal_their_twin(rng: np.random.Generator) -> None:
     worlds, mission, state = there(rng)
     sensor = HoleSensor()
     got, memory = sensor.read(worlds, state, sensor.start(mission, rng))
-    mounts, beam, read = sensor.mounts, (sensor.down, FAR * sensor.curve.reach), set[float]()
+    mounts, beam, read = sensor.mounts, (sensor.angles, FAR * sensor.curve.reach), set[float]()
     for k in range(N):
         if np.isnan(ground_at(layer(worlds, k), CELL, *state.pose[k, :2])):
             continue
