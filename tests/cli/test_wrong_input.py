@@ -318,6 +318,22 @@ def test_one_sentence_says_what_is_wrong(case: Case) -> None:
     assert "Traceback" not in said.err
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("drive", "x" * 5000),
+        ("drive", "bassil-v1", "--controller", "x" * 5000),
+        ("train", "x" * 5000),
+    ],
+    ids=["scenario", "controller", "table"],
+)
+def test_names_that_no_file_can_have_are_wrong_input(words: tuple[str, ...]) -> None:
+    said = run(*words)
+    assert (said.code, said.out) == (2, "")
+    assert re.search("error: .*File name too long", said.err)
+    assert "Traceback" not in said.err
+
+
 def test_json_does_not_change_that() -> None:
     said = run("train", "table.csv", "--json")
     assert (said.code, said.out) == (2, "")

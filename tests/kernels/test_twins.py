@@ -55,8 +55,9 @@ TWINS = {
     "kernels/test_ridges.py::test_a_ridge_hides_what_lies_behind": "ridges.in_view ridges.rise_fan",
     "kernels/test_ridges.py::test_blocks_change_no_bit": "ridges.tops_of",
     "kernels/test_ridges.py::test_ground_is_met_where_trying_every_patch_meets_it": (
-        "ridges.first_rise"
+        "ridges.first_rise ridges.walk"
     ),
+    "kernels/test_team.py::test_nobody_goes_on_before_all_are_there": "team.meet",
     "kernels/test_shapes.py::test_contact_is_where_dense_samples_find_it": (
         "shapes.first_shape shapes.inside"
     ),
@@ -65,8 +66,9 @@ TWINS = {
         "shapes.first_shapes"
     ),
     "mapping/test_elevation.py::test_the_map_is_that_of_plain_python": (
-        "elevation.fuse elevation.judge"
+        "elevation.at_cell elevation.fuse elevation.judge"
     ),
+    "mapping/test_drops.py::test_drops_are_taken_in_as_in_plain_python": "drops.take_drops",
     "mapping/test_local_map.py::test_bearing": "fan.bearing",
     "mapping/test_local_map.py::test_the_map_is_a_set_of_cells_that_forgets_what_lies_beyond_its_edge": (  # noqa: E501
         "fan.mark fan.roll fan.window"
@@ -82,8 +84,8 @@ TWINS = {
     ),
     "rover/test_hazards.py::test_layers_of_a_plane": "traction.drive_layer traction.lean",
     "rover/test_settle.py::test_settling_equals_newtons_method": (
-        "settle.attitude settle.clearance_of settle.fetch_ground settle.pitch_and_roll "
-        "settle.settle settle.settle_one settle.step_under settle.verdict settle.wheel_places"
+        "settle.settle_one settle.verdict settle.wheel_places standing.clearance_of "
+        "standing.fetch_ground standing.settle standing.step_under"
     ),
     "rover/test_settle.py::test_wheel_centres_equal_their_twin": "surface.wheel_centres",
     "rover/test_traction.py::test_cost_equals_its_twin": "traction.drive_all traction.drive_edge",

@@ -52,6 +52,8 @@ GROUPS: dict[str, dict[str, Callable[..., int]]] = {"terrain": TERRAIN}
 """Commands that only hold others; their own docstring is the help of the group."""
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG)
 """What a user's other words would not mend."""
+_NO_NAME = (errno.ENAMETOOLONG, errno.ELOOP)
+"""What they would: no file can have such a name."""
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
@@ -121,7 +123,8 @@ def _answer(error: Exception) -> int:
         return complain(str(error), FAILURE if failed else BAD_INPUT)
     if isinstance(error, OSError) and error.strerror:
         where = f" ({error.filename})" if error.filename else ""
-        return complain(f"the system refused: {error.strerror}{where}", FAILURE)
+        code = BAD_INPUT if error.errno in _NO_NAME else FAILURE
+        return complain(f"the system refused: {error.strerror}{where}", code)
     if os.environ.get("ROVERNAV_DEBUG"):
         raise error
     used = ", ".join(dict.fromkeys(one.called for one in USED))
