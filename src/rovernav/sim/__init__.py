@@ -13,7 +13,8 @@ from ._odometry import Drift, Odometry
 from ._patch import HoleSensor, Patch
 from ._sensors import ClearSight, OffLine
 from ._shapes import Shape, Shapes
-from ._simulate import Drive, DriveState, begin, replay, simulate, tick
+from ._simulate import replay, simulate
+from ._tick import Drive, DriveState, begin, tick
 from ._trace import Trace, TraceBuilder, load_trace, save_trace
 from ._world import Grid, Ground, Rocks, Worlds
 

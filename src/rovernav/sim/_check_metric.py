@@ -10,7 +10,8 @@ import numpy as np
 from ..core import Command, ContractError, Metric, Mission, Observation, map_arrays, unchanged
 from ._check import somewhere
 from ._motion import DifferentialDrive
-from ._simulate import Drive, simulate
+from ._simulate import simulate
+from ._tick import Drive
 from ._trace import Trace
 from ._world import Worlds
 
