@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 
-def first_rise(
-    a: Sequence[float], b: Sequence[float], heights: np.ndarray, c: float
-) -> float | None:
+def first_rise(a: Any, b: Any, heights: np.ndarray, c: float) -> float | None:
     """Smallest t at which the ground is at or above the segment; None: nowhere."""
     h, w = heights.shape
     padded = np.pad(heights.astype(float), 1, mode="edge")
@@ -23,8 +22,8 @@ def first_rise(
 
 
 def _patch(
-    a: Sequence[float],
-    b: Sequence[float],
+    a: Any,
+    b: Any,
     at: tuple[int, int],
     posts: np.ndarray,
     c: float,
