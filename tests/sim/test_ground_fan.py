@@ -105,6 +105,7 @@ def test_without_ground_and_attitude_it_is_the_level_fan() -> None:
         assert_allclose(got, level, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.kernels
 def test_readings_are_those_of_a_twin_that_tries_every_patch() -> None:
     rng, height = np.random.default_rng(2), rough(2, 16)
     height[4, 9] = np.nan
