@@ -53,7 +53,7 @@ TWINS = {
         "rays.free_cones rays.table_size"
     ),
     "kernels/test_ridge_fan.py::test_entries_are_never_below_the_ground_of_their_windows": (
-        "ridge_tops.fill_tops"
+        "ridge_tops.blocks_of ridge_tops.fill_tops"
     ),
     "kernels/test_ridge_fan.py::test_the_table_changes_no_bit": "ridge_fan.ground_fan",
     "kernels/test_ridges.py::test_a_ridge_hides_what_lies_behind": "ridges.in_view ridges.rise_fan",
@@ -94,7 +94,7 @@ TWINS = {
     "rover/test_settle.py::test_wheel_centres_equal_their_twin": "surface.wheel_centres",
     "rover/test_traction.py::test_cost_equals_its_twin": "traction.drive_all traction.drive_edge",
     "sim/test_ground_fan.py::test_readings_are_those_of_a_twin_that_tries_every_patch": (
-        "obstacle_fan.obstacle_fan ridge_fan.end_of"
+        "obstacle_fan.obstacle_fan ridge_fan.end_of ridge_fan.looks_of"
     ),
     "sim/test_noise.py::test_keys_and_draws_are_those_of_plain_python": (
         "field.mixed noise.keys noise.share"
