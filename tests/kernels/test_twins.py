@@ -86,6 +86,8 @@ TWINS = {
     "mapping/test_map_twins.py::test_what_leaves_is_forgotten_as_in_plain_python": (
         "elevation.forget"
     ),
+    "nets/test_drawn.py::test_any_pair_of_a_key_and_a_number": "draws.uniform_pairs",
+    "nets/test_drawn.py::test_any_seed": "draws.uniform",
     "rover/test_hazards.py::test_layers_of_a_plane": "traction.drive_layer traction.lean",
     "rover/test_settle.py::test_settling_equals_newtons_method": (
         "settle.settle_one settle.verdict settle.wheel_places standing.clearance_of "

@@ -2,9 +2,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
+from rovernav.core import read_only
 from rovernav.kernels import draws
 from rovernav.nets import Network, default_activations, seeded_parameters
 from tests.bits import assert_same_bits
@@ -28,6 +29,17 @@ def test_any_seed(seed: int) -> None:
     out = np.empty((1, 4))
     draws.uniform(np.array([seed]), np.ones(4), out)
     assert_same_bits(out[0], np.random.default_rng(seed).uniform(-1.0, 1.0, 4))
+
+
+@given(st.integers(0, 2**63 - 1), st.integers(0, 2**63 - 1), st.floats(0.0, 1.0))
+@example(0, 0, 0.3)
+@example(2**32 - 1, 2**32, 0.3)
+@example(2**32, 2**32 - 1, 1.0)
+@example(2**62 - 1, 2**63 - 1, 0.1)
+def test_any_pair_of_a_key_and_a_number(key: int, number: int, spread: float) -> None:
+    out = np.empty((1, 2))
+    draws.uniform_pairs(key, read_only(np.array([number])), spread, out)
+    assert_same_bits(out[0], np.random.default_rng([key, number]).uniform(-spread, spread, 2))
 
 
 def test_another_generator_in_numpy_is_followed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -35,29 +35,74 @@ def uniform(seeds: Any, scale: Any, out: Any) -> None:
         scale: Divisor of each number (n,).
         out: (m, n), written.
     """
-    pool, words = np.empty(4, np.uint64), np.empty(4, np.uint64)
+    pool = np.empty(4, np.uint64)
     for row in range(seeds.size):
-        _spread(_WORD(seeds[row]), pool)
-        _words(pool, words)
-        c1 = (words[2] << _ONE) | (words[3] >> _WORD(63))
-        c0 = (words[3] << _ONE) | _ONE
-        s1, s0 = _plus(c1, c0, words[0], words[1])  # one step from 0 gives the increment
-        s1, s0 = _next(s1, s0, c1, c0)
+        seed = _WORD(seeds[row])
+        pool[0], pool[1], pool[2], pool[3] = seed & _MASK, seed >> _HALF, _WORD(0), _WORD(0)
+        s1, s0, c1, c0 = _begun(pool)
         for n in range(scale.size):
             s1, s0 = _next(s1, s0, c1, c0)
-            turn, folded = s1 >> _WORD(58), s1 ^ s0
-            bits = (folded >> turn) | (folded << ((_WHOLE - turn) & _WORD(63)))
-            share = np.float64(bits >> _ELEVEN) * 2.0**-53
-            out[row, n] = (-1.0 + 2.0 * share) / scale[n]
+            out[row, n] = (-1.0 + 2.0 * _share(s1, s0)) / scale[n]
 
 
 @kernel()
-def _spread(seed: Any, pool: Any) -> None:
-    """Mix the two halves of a seed over the pool."""
+def uniform_pairs(key: int, numbers: Any, spread: float, out: Any) -> None:
+    """Write ``default_rng([key, number]).uniform(-spread, spread, n)`` of each number.
+
+    Args:
+        key: From 0 to 2^63 - 1.
+        numbers: From 0 to 2^63 - 1 (m,).
+        spread: Largest number.
+        out: (m, n), written.
+    """
+    pool, wide = np.empty(4, np.uint64), spread - -spread
+    for row in range(numbers.size):
+        count = _halves(_WORD(key), 0, pool)
+        count = _halves(_WORD(numbers[row]), count, pool)
+        pool[count:] = _WORD(0)
+        s1, s0, c1, c0 = _begun(pool)
+        for n in range(out.shape[1]):
+            s1, s0 = _next(s1, s0, c1, c0)
+            out[row, n] = -spread + wide * _share(s1, s0)
+
+
+@kernel()
+def _halves(number: Any, at: int, pool: Any) -> int:
+    """Write a number's halves from place `at` on, no second one that is 0; the next place."""
+    pool[at] = number & _MASK
+    if number >> _HALF == _WORD(0):
+        return at + 1
+    pool[at + 1] = number >> _HALF
+    return at + 2
+
+
+@kernel()
+def _begun(pool: Any) -> Any:
+    """State and increment of the generator of a seed, whose halves are in the pool."""
+    words = np.empty(4, np.uint64)
+    _spread(pool)
+    _words(pool, words)
+    c1 = (words[2] << _ONE) | (words[3] >> _WORD(63))
+    c0 = (words[3] << _ONE) | _ONE
+    s1, s0 = _plus(c1, c0, words[0], words[1])  # one step from 0 gives the increment
+    s1, s0 = _next(s1, s0, c1, c0)
+    return s1, s0, c1, c0
+
+
+@kernel(inline=True)
+def _share(s1: Any, s0: Any) -> float:
+    """What a state is worth: a number from 0 to below 1."""
+    turn, folded = s1 >> _WORD(58), s1 ^ s0
+    bits = (folded >> turn) | (folded << ((_WHOLE - turn) & _WORD(63)))
+    return np.float64(bits >> _ELEVEN) * 2.0**-53
+
+
+@kernel()
+def _spread(pool: Any) -> None:
+    """Mix the halves of a seed over the pool that they lie in."""
     h = _A
     for i in range(4):
-        half = seed & _MASK if i == 0 else seed >> _HALF if i == 1 else _WORD(0)
-        half ^= h
+        half = pool[i] ^ h
         h = (h * _MULT_A) & _MASK
         half = (half * h) & _MASK
         pool[i] = half ^ (half >> _SIXTEEN)

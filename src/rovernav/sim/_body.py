@@ -9,8 +9,8 @@ import numpy as np
 
 from ..core import F64, Command, Mission, RoverState, SettingError, read_only
 from ..kernels import body as kernels
+from ..kernels import draws, traction
 from ..kernels import settle as st
-from ..kernels import traction
 from ..kernels import wheels as wh
 from ..kernels.body import BodyArrays, Ends, GroundArrays, Rows
 from ..rover import Rover, Soil, drive_table
@@ -84,15 +84,11 @@ class Body:
 
         Hangs on the generator and each rover's number, not on who else is in the batch.
         """
-        n = len(mission.start)
-        out = np.ones((n, 2))
-        if self.spread == 0.0:
-            return out
-        key = int(rng.integers(2**62))
-        for k, number in enumerate(mission.number.tolist()):
-            own = np.random.default_rng([key, number])
-            out[k] = 1.0 + own.uniform(-self.spread, self.spread, 2)
-        return out
+        out = np.zeros((len(mission.start), 2))
+        if self.spread > 0.0:
+            key = int(rng.integers(2**62))
+            draws.uniform_pairs(key, read_only(mission.number), self.spread, out)
+        return 1.0 + out
 
     def place(self, worlds: Worlds, mission: Mission, state: RoverState) -> RoverState:
         """The rovers set down where they are; those that cannot be there have ended."""
