@@ -13,7 +13,15 @@ from numpy.testing import assert_allclose
 
 from rovernav.adapters import write_bag
 from rovernav.core import Frame, InputError, MissingExtraError, SettingError
-from rovernav.sim import ClearSight, DifferentialDrive, Odometry, RangeFan, Trace, simulate
+from rovernav.sim import (
+    ClearSight,
+    DifferentialDrive,
+    HoleSensor,
+    Odometry,
+    RangeFan,
+    Trace,
+    simulate,
+)
 from rovernav.terrain import Terrain
 from tests.sim.drives import Always, drive
 
@@ -219,6 +227,15 @@ def test_the_same_trace_gives_the_same_messages_without_ground(tmp_path: Path) -
     found = said(tmp_path / "a.mcap")
     assert set(found) == {"/tf_static", "/tf", "/odom", "/goal_pose", "/path", "/outcome"}
     assert {one.pose.pose.position.z for _, one in found["/odom"]} == {0.0}
+
+
+def test_what_looks_down_is_no_scan(tmp_path: Path) -> None:
+    holes = HoleSensor()
+    trace = simulate(drive(Always(0.25, 0.0, 0.2), sensors=(holes,), limit=3.0), seed=3)
+    write_bag(trace, tmp_path / "a.mcap", sensors=(holes,))
+    found = said(tmp_path / "a.mcap")
+    assert "/scan" not in found
+    assert "/sensors/down" in found
 
 
 def test_a_beam_that_failed_stays_nan(tmp_path: Path) -> None:

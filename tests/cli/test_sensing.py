@@ -93,6 +93,16 @@ def test_a_route_is_driven_from_its_start_to_its_goal_where_no_ends_are_given(
     assert (half.code, half.err.splitlines()[0]) == (2, "error: --terrain needs --to X,Y as well")
 
 
+def test_a_round_trip_is_not_said_to_be_driven(ground: str) -> None:
+    ends = ("--from", "6,-1.25", "--via", "20,-1.25", "--to", "6,-1.0")
+    told = tell("route", ground, *ends, "--rover", "research", "--out", "route", "--no-picture")
+    line = next(str(name) for name in told["files"] if str(name).endswith("route.geojson"))
+    done = run("drive", "--terrain", ground, *NEURAL, "--route", line, "--out", "drive")
+    assert done.code == 2
+    assert "comes back to within 0.25 m of its start, where the rover counts as arr" in done.err
+    assert not Path("drive").exists()
+
+
 def test_a_route_from_rovernav_route_is_driven(ground: str) -> None:
     """A wall stands in the straight line: alone the driver stops before it, routed it arrives."""
     way = ("--from", "6,-1.25", "--to", "20,-1.25")

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from rovernav.core import Frame, InputError
+from rovernav.core import Frame, InputError, SettingError
 
 scale = st.floats(0.3, 3.0)
 shear = st.floats(-0.2, 0.2)
@@ -30,6 +30,14 @@ def test_a_plain_frame_only_shifts() -> None:
     assert frame.to_map(1.5, 2.0) == (101.5, -5.25)
     assert frame.to_local(101.5, -5.25) == (1.5, 2.0)
     assert frame.map_cell == (0.5, 0.5)
+
+
+def test_a_point_is_given_in_one_of_three_frames() -> None:
+    frame = Frame(cell=0.5, shape=(4, 6), origin=(100.0, -7.25))
+    assert frame.place(101.5, -5.25) == frame.place(1.5, 2.0, "local") == (1.5, 2.0)
+    assert frame.place(0.0, 0.0, "pixel") == (0.25, 1.75)
+    with pytest.raises(SettingError, match="no frame 'pixels'; did you mean 'pixel'"):
+        frame.place(0.0, 0.0, "pixels")
 
 
 def test_a_part_lies_where_it_was() -> None:

@@ -276,6 +276,19 @@ def test_which_limit_stands_in_a_far_way(tmp_path: Path, who: Rover) -> None:
     assert travel_far(Errand(raster, eased), stops, block=8, stretch=100.0).found
 
 
+def test_a_limit_is_named_across_ground_wider_than_what_is_looked_at(
+    tmp_path: Path, who: Rover
+) -> None:
+    who = dataclasses.replace(who, mobility=None)
+    rise = CELL * np.tan(who.max_slope + 0.1)
+    z = np.tile(rise * np.clip(np.arange(1500) - 400.0, 0.0, 700.0), (60, 1))
+    stops = [(20.0, 60.0), (2980.0, 60.0)]
+    trip = travel_far(Errand(raster_of(tmp_path, z), who), stops, block=8, stretch=300.0)
+    assert trip.status == "unreachable"
+    assert trip.barriers[0].limit == "slope"
+    assert abs(trip.barriers[0].needed - who.max_slope - 0.1) < 0.01
+
+
 def test_zones_and_holes_stand_in_a_far_way(tmp_path: Path, who: Rover) -> None:
     import shapely
 

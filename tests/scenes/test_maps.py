@@ -69,6 +69,18 @@ def test_a_map_is_level_ground_where_it_is_free(tmp_path: Path) -> None:
     assert terrain.frame.cell == CELL
 
 
+def test_a_thin_wall_stays_where_cells_are_taken_together(tmp_path: Path) -> None:
+    blocked = np.zeros((19, 23), np.uint8)
+    blocked[:, 6] = blocked[0, 0] = 1
+    path = map_file(tmp_path, blocked)
+    for factor in (2, 4, 5):
+        coarse = np.isnan(read_terrain(path, factor=factor).height)
+        expected = np.zeros(coarse.shape, bool)
+        for i, j in np.argwhere(blocked):
+            expected[i // factor, j // factor] = True
+        assert_array_equal(coarse, expected)
+
+
 @settings(max_examples=40, deadline=None)
 @given(arrays(np.uint8, (14, 17), elements=st.sampled_from([0, 0, 0, 0, 1])))
 def test_only_the_radius_is_kept_from_what_stands_on_a_map(blocked: np.ndarray) -> None:

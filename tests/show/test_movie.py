@@ -14,6 +14,7 @@ from rovernav.show import draw_movie
 from rovernav.sim import (
     DifferentialDrive,
     Drift,
+    HoleSensor,
     Odometry,
     Patch,
     RangeFan,
@@ -102,6 +103,14 @@ def test_what_cannot_be_a_movie_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="two frames or more, got 1"):
         draw_movie(driven()[0], tmp_path / "a.gif", frames=1)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_looks_down_is_no_fan(tmp_path: Path) -> None:
+    holes = HoleSensor()
+    trace = simulate(drive(Always(0.25, 0.0, 0.0), sensors=(holes,), limit=3.0), seed=1)
+    plain = draw_movie(trace, tmp_path / "a.gif")
+    carried = draw_movie(trace, tmp_path / "b.gif", sensors=(holes,))
+    assert plain.read_bytes() == carried.read_bytes()
 
 
 def test_what_it_believes_and_what_its_eyes_see_is_shown(tmp_path: Path) -> None:

@@ -60,7 +60,7 @@ def test_hole_sensors_equal_their_twin(rng: np.random.Generator) -> None:
     worlds, mission, state = there(rng)
     sensor = HoleSensor(down=(0.7, 0.9))
     got, memory = sensor.read(worlds, state, sensor.start(mission, rng))
-    beams = list(zip(sensor.mounts, sensor.angles, strict=True))
+    beams = list(zip(sensor.mounts, sensor.depressions, strict=True))
     reach, read = FAR * sensor.curve.reach, set[float]()
     for k in range(N):
         if np.isnan(ground_at(layer(worlds, k), CELL, *state.pose[k, :2])):

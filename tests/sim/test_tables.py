@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rovernav.core import Frame
-from rovernav.sim import Grid, Ground, _tables
+from rovernav.sim import Grid, _tables
 
 
 def grid(side: int = 12) -> Grid:
@@ -40,15 +40,3 @@ def test_tables_go_with_their_grids() -> None:
     del one
     gc.collect()
     assert len(_tables._cones) == before
-
-
-def test_heights_know_their_highest_posts() -> None:
-    height = np.zeros((9, 10), np.float32)
-    height[3, 4], height[0, 0] = 7.0, np.nan
-    ground = Ground(frame=Frame(cell=2.0, shape=(9, 10)), height=height)
-    got = _tables.ground_of(ground)
-    assert got.heights.shape == (1, 9, 10)
-    assert got.cell == 2.0
-    assert got.tops.max() == 7.0
-    assert _tables.ground_of(ground) is got
-    assert _tables.ground_of(None).heights.size == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -31,6 +32,7 @@ from ._parts import measured, measures_of, names_in
 from ._place import find_scene
 
 if TYPE_CHECKING:
+    from ..core import Mission
     from ..scenes import Ground, Scene
     from ..sim import Trace
 
@@ -207,6 +209,7 @@ def _simulate(
     if settings.get("route") is not None:
         driver = routed(driver, scene, settings["route"])
     way = driver.routes[0] if isinstance(driver, RouteFollower) else None
+    _check_no_loop(way, inner.mission)
     set_up = inner.drive(guarded(driver, scene))
     claim_folder(out)
     limit = inner.mission.time_limit
@@ -216,6 +219,22 @@ def _simulate(
         update(now / limit, f"{now:.0f} s, {float(state.rovers.odometry[0]):.1f} m")
 
     return simulate(set_up, seed=int(settings["seed"]), on_event=on_event, settings=settings), way
+
+
+def _check_no_loop(way: Any, mission: Mission) -> None:
+    """A rover that begins at its goal has arrived, so no round trip would be driven."""
+    if way is None:
+        return
+    length = sum(math.dist(a, b) for a, b in itertools.pairwise(way))
+    apart = math.dist(mission.start[0, :2], mission.goal[0])
+    if apart <= mission.goal_radius < 0.5 * length:
+        from ..core import SettingError
+
+        raise SettingError(
+            f"the route of {length:,.1f} m comes back to within {apart:.2f} m of its start, where "
+            f"the rover counts as arrived ({mission.goal_radius:g} m); give it in two parts and "
+            "drive one after the other"
+        )
 
 
 def _report(scene: Scene | Ground, trace: Trace) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .errors import InputError
+from .errors import InputError, SettingError, suggest
 from .values import value
 
 Axes = tuple[tuple[float, float], tuple[float, float]]
@@ -100,7 +100,12 @@ class Frame:
             y: Along y; for ``pixel`` the row, counted from the top. Whole numbers are the middles
                 of pixels.
             given: ``crs``, ``local`` or ``pixel``.
+
+        Raises:
+            SettingError: There is no such frame.
         """
+        if given not in FRAMES:
+            raise SettingError(f"there is no frame {given!r}; {suggest(given, FRAMES)}")
         if given == "local":
             return x, y
         if given == "pixel":

@@ -141,7 +141,7 @@ class ElevationMapper:
             self.cell, self.look.mast, self.look.noise, LEAST**2, float(sure)
         )
         self._down = None if holes is None else drops.Down(
-            mounts=holes.mounts, angle=holes.angles, reach=float(holes.reach),
+            mounts=holes.mounts, angle=holes.depressions, reach=float(holes.reach),
             doubt=holes.doubt, tilt=TILT, step=prudence * rover.max_step,
             slope=math.tan(rover.max_slope),
         )  # fmt: skip

@@ -58,6 +58,8 @@ def barriers_far(
     parts = [cut(line, along, *edge) for edge in edges]
     first, closed = np.array(ends[0]), list[tuple[Barrier, ...]]()
     for n, (part, look) in enumerate(in_turn(lambda p: (p, _look(errand, p)), parts)):
+        if look is not None and not look.holds(first):  # the last free ground lies farther back
+            look = _look(errand, np.vstack([first, part]))
         if look is None or look.ground is None:
             return ()
         off = 0.0 if n == count - 1 else NEAR * around.found.side

@@ -224,7 +224,7 @@ def against(ground: Going, point: tuple[float, float]) -> str:
     cell, rover = blocked[0], ground.rover
     match where.reason[cell]:
         case Reason.NO_DATA:
-            words = "a height is missing there"
+            words = "the map does not call it free" if where.plain else "a height is missing there"
         case Reason.SLOPE:
             slope, most = math.degrees(where.slope[cell]), math.degrees(rover.max_slope)
             words = f"it is {slope:.1f} deg steep there, and {rover.name} climbs {most:.1f} deg"

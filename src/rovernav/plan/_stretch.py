@@ -82,11 +82,16 @@ class Look:
                 seen = errand.zones.seen_from(float(self.corner[0]), float(self.corner[1]))
                 self.ground = within_zones(self.ground, seen)
 
+    def holds(self, point: F64) -> bool:
+        """Whether a point [m] lies in the window, its edge included."""
+        cell, (x, y) = self._errand.raster.frame.cell, point - self.corner
+        return bool(0.0 <= x <= self.window.columns * cell and 0.0 <= y <= self.window.rows * cell)
+
     def near(self, start: F64, target: F64, off: float) -> F64 | None:
         """The place nearest to a target that can be reached, at most so far off it [m], or None."""
         from scipy import ndimage
 
-        if self.ground is None:
+        if self.ground is None or not self.holds(start):
             return None
         frame = self.ground.frame
         regions, _count = cast(Any, ndimage).label(self.ground.blocked == 0)
@@ -172,7 +177,7 @@ def stretch(
         along: The line (k, 2) [m].
         off: How far from its end to end at most, where that cannot be reached [m].
         driven: Whether the line itself can be driven; then the cheaper one counts.
-        ready: What to look at first, instead of a window around the line.
+        ready: What to look at first, instead of a window around the line, if the line begins in it.
 
     Returns:
         Its points (k, 2) [m], which count from the window's corner, and the window.
@@ -181,6 +186,7 @@ def stretch(
         Failed: There is none.
     """
     margin, last = float(MARGIN), None
+    ready = ready if ready is not None and ready.holds(along[0]) else None
     while True:
         window = window_over(errand, along, margin)
         if window is None or (last is not None and _as_large(last[1].window, window)):

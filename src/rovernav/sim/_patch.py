@@ -119,7 +119,8 @@ class HoleSensor:
                     f"{curve} tells {self.curve.nearest:g} to {self.curve.reach:g} m apart, but "
                     f"level ground is {level:.3g} m away; change height or down"
                 )
-        self.angles: F64 = np.repeat(np.array(rows, np.float64), len(across))
+        # Not `angles`: a sensor with these and `reach` counts as a level fan in movies and bags.
+        self.depressions: F64 = np.repeat(np.array(rows, np.float64), len(across))
         self.mounts: F64 = np.array(
             [[ahead, left, height] for _ in rows for left in across], np.float64
         )
@@ -143,15 +144,15 @@ class HoleSensor:
         true = np.empty((len(state.pose), len(self.mounts)))
         out, now, c = np.empty_like(true), memory.next(), self.curve
         kernels.look_down(
-            state.pose, state.attitude, np.ascontiguousarray(world.of), self.mounts, self.angles,
-            FAR * c.reach, seen(world), true,
+            state.pose, state.attitude, np.ascontiguousarray(world.of), self.mounts,
+            self.depressions, FAR * c.reach, seen(world), true,
         )  # fmt: skip
         noise.infrared(true, now.keys, now.step, c.rows, c.noise, c.counts, c.volt, out)
         return out, now
 
     def holes(self, reading: F64, depth: float) -> Bool:
         """Where the ground ahead is more than `depth` [m] lower than level ground (n, sensors)."""
-        return reading > (self.height + depth) / np.sin(self.angles)
+        return reading > (self.height + depth) / np.sin(self.depressions)
 
 
 MOST_CELLS = 400

@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary, finalize
 import numpy as np
 
 from ..kernels import rays, ridge_tops, ridges
-from ._world import Grid, Ground
+from ._world import Grid
 
 CELLS_PER_BEAM = 36
 """A beam without a table takes as long as this many cells of making one."""
@@ -18,14 +18,7 @@ MOST_ENTRIES = 2**29
 """Tables of more bytes than this are not made: four to a cell, eight to a post."""
 
 _NONE = rays.ConeArrays(free=np.zeros((0, 0), np.uint8))
-_FLAT = ridges.GroundArrays(
-    heights=np.zeros((0, 0, 0), np.float32),
-    cell=1.0,
-    tops=np.zeros((0, 0), np.float32),
-    levels=np.zeros(1, np.int64),
-)
-for _array in (_NONE.free, _FLAT.heights, _FLAT.tops):
-    _array.flags.writeable = False
+_NONE.free.flags.writeable = False
 
 
 class _Kept:
@@ -37,7 +30,6 @@ class _Kept:
 
 
 _cones: WeakKeyDictionary[Grid, _Kept] = WeakKeyDictionary()
-_grounds: WeakKeyDictionary[Ground, ridges.GroundArrays] = WeakKeyDictionary()
 
 
 def cones_of(grid: Grid | None, *, beams: int) -> rays.ConeArrays:
@@ -65,26 +57,6 @@ def cones_of(grid: Grid | None, *, beams: int) -> rays.ConeArrays:
             free.flags.writeable = False
             kept.cones = rays.ConeArrays(free=free)
     return kept.cones
-
-
-def ground_of(ground: Ground | None) -> ridges.GroundArrays:
-    """Heights with the highest posts of their blocks, as `kernels.ridges` takes them."""
-    if ground is None:
-        return _FLAT
-    kept = _grounds.get(ground)
-    if kept is None:
-        height: Any = ground.height if ground.height.ndim == 3 else ground.height[None]
-        levels = ridges.levels_of(height.shape[1], height.shape[2])
-        tops = np.empty((len(height), int(levels[-1])), np.float32)
-        heights = np.ascontiguousarray(height)
-        ridges.tops_of(heights, levels, tops)
-        for array in (heights, tops):
-            array.flags.writeable = False
-        kept = ridges.GroundArrays(
-            heights=heights, cell=float(ground.frame.cell), tops=tops, levels=levels
-        )
-        _grounds[ground] = kept
-    return kept
 
 
 class _KeptTops:

@@ -163,7 +163,8 @@ class Raster:
     ) -> Terrain:
         """Heights of a window, every `factor` x `factor` cells averaged to one.
 
-        A mean is taken over the cells that have data, and is missing where fewer than half have.
+        A mean is taken over the cells that have data, and is missing where fewer than half have; on
+        a map of free and blocked cells where any is blocked.
         Memory stays bounded by the result: the file is read in strips.
 
         Args:
@@ -267,7 +268,7 @@ class Raster:
                 count = min(last * factor, window.rows) - first * factor
                 part = dataclasses.replace(window, row=row, rows=count)
                 out[first:last] = _averaged(
-                    self._cells(read, part), factor, (last - first, columns)
+                    self._cells(read, part), factor, (last - first, columns), plain=self.plain
                 )
                 tell(last / rows)
         return out
@@ -308,9 +309,12 @@ def _span(positions: F64, count: int) -> tuple[int, int]:
     return low, max(low + 1, min(count, math.ceil(positions.max()) + 2))
 
 
-def _averaged(cells: Float, factor: int, shape: tuple[int, int]) -> Float:
+def _averaged(cells: Float, factor: int, shape: tuple[int, int], *, plain: bool) -> Float:
     if factor == 1:
         return cells
+    if plain:  # sums of 0 and NaN: a wall thinner than a block does not vanish
+        rows, columns = (np.arange(0, n, factor) for n in cells.shape)
+        return np.add.reduceat(np.add.reduceat(cells, rows, axis=0), columns, axis=1)
     if np.isinf(cells).any():
         raise InputError("some heights are infinite; mark missing heights as NaN or as nodata")
     out = np.empty(shape)
