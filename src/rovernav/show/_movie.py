@@ -133,7 +133,7 @@ def _moment(trace: Trace, k: int, step: int, driven: F64, fans: Sequence[Any]) -
     if believed is not None:
         believed = believed[: step + 1]
         off = float(np.hypot(*(believed[-1] - trace.pose[len(believed) - 1, k, :2])))
-        words = f" · believes itself {off:.1f} m off, at the orange mark"
+        words = f" · its estimate, the orange mark, is {off:.1f} m off"
     time = float(trace.time[step, k])
     length = float(np.hypot(*np.diff(driven[: step + 1], axis=0).T).sum())
     more: dict[str, Any] = {"ended": trace.ended(k)} if step == last else {}
