@@ -76,6 +76,10 @@ def test_draw_drive_and_ask_why(studio_user: Play) -> None:
         await driven(user, session)
         assert model.runs[0].outcome is Outcome.REACHED
         await user.should_see(marker="outcome-0", content="reached")
+        (detour,) = user.find(kind=ui.label, content="detour").elements
+        assert detour.props["title"] == "Driven over straight length"
+        inside = list(the(user, "tracks").descendants())
+        assert not [each for each in inside if isinstance(each, ui.tooltip)]  # gone too soon
 
         user.find(marker="tool-circle").click()
         await stroke(user, view, (2.5, 2.5), (2.5, 3.5))

@@ -86,7 +86,9 @@ class SidePanel:
             with ui.element("tr"):
                 for i, words in enumerate(head):
                     with ui.element("th").classes("n" if i > 1 else ""):
-                        ui.label(words).tooltip(_HEADS.get(words, ""))
+                        label = ui.label(words)
+                        if words in _HEADS:  # plain, as the table is made anew at every step
+                            label.props["title"] = _HEADS[words]
             for i, one in enumerate(runs):
                 with ui.element("tr").classes(
                     "rnd-row" + (" rnd-on" if i == self._focus() else "")
